@@ -1,0 +1,446 @@
+"""Parts: immutable objects of checked numbers.  Each number is declared once, with its unit, bound and meaning.
+
+    class Body(Part):
+        mass:   float = quantity("kg", "mass", above=0)
+        center: Array = quantity("m", "centre of mass, in T", shape=(3,))
+
+Made in Python a part takes SI numbers; read from a file it takes strings with units (`Part.from_file`).  Numbers and
+equations are kept apart: `part.theta` is the flat vector of all its numbers, `part.names` their names, and
+`part.at(theta)` is the same part with entries of a symbolic theta in the places of its numbers.  Equations are
+written on that view, so that one compiled kernel serves every value, and regressors and gradients are Jacobians by
+theta.  A number that is absent (None) is structurally absent: it has no entry in theta.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic_core import PydanticUndefined
+
+from . import units
+from .errors import ExperimentError, InputError, Problem, UnitError, did_you_mean
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is known of a number before it is given: unit, bounds, meaning, shape."""
+
+    unit: str
+    meaning: str
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    shape: tuple[int, ...] = ()  # (-1,): a single value for all, or one each, as many as the owner has
+
+    def check(self, raw: Any, from_file: bool) -> float | np.ndarray:
+        """SI value of `raw`: read-only array or float.
+
+        Raises
+        ------
+        InputError
+            not a quantity, wrong unit or shape, not finite, out of bounds.
+        """
+        value = np.array(self._si(raw, from_file), float)
+        if value.shape != self.shape and not (self.shape == (-1,) and value.ndim <= 1):
+            raise InputError(f"must have shape {_shape(self.shape)}", value=_shape(value.shape))
+        if not np.isfinite(value).all():
+            raise InputError("must be finite", value=_brief(raw))
+        for bound, wrong, word in (
+            (self.above, np.less_equal, "above"),
+            (self.at_least, np.less, "at least"),
+            (self.below, np.greater_equal, "below"),
+            (self.at_most, np.greater, "at most"),
+        ):
+            if bound is not None and wrong(value, bound).any():
+                raise InputError(f"must be {word} {_with_unit(bound, self.unit)}", value=_brief(raw, self.unit))
+        if value.ndim == 0:
+            return float(value)
+        value.setflags(write=False)
+        return value
+
+    def _si(self, raw: Any, from_file: bool) -> Any:
+        if isinstance(raw, bool):
+            raise InputError("must be a quantity", value=str(raw).lower())
+        if isinstance(raw, str):
+            return units.to_si(raw, self.unit)
+        if isinstance(raw, Mapping):  # { unit = "m", value = [[...], ...] }
+            if set(raw) != {"unit", "value"}:
+                raise InputError("an array is written { unit = ..., value = [...] }", value=_brief(sorted(raw)))
+            scale, dimension = units.unit(_text(raw["unit"]))
+            if not units.same_dimension(dimension, units.unit(self.unit)[1]):
+                raise UnitError(f"{raw['unit']!r} is not a unit of {self.unit}")
+            return np.array(_numbers(raw["value"]), float) * scale
+        if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
+            return [units.to_si(entry, unit) for entry, unit in zip(raw, self._units(len(raw)), strict=True)]
+        if from_file and self.unit not in ("", "1"):
+            cure = f'write e.g. "{raw} {self._units(1)[0]}"' if not isinstance(raw, list | tuple) else (
+                f'write {{ unit = "{self._units(1)[0]}", value = ... }}'
+            )
+            raise InputError("has no unit", value=_brief(raw), cure=cure)
+        return _numbers(raw)
+
+    def _units(self, count: int) -> list[str]:
+        """The unit of each entry; "m m m rad rad rad" style lists are written with commas."""
+        each = [u.strip() for u in self.unit.split(",")]
+        return each if len(each) == count else each[:1] * count
+
+
+def quantity(unit: str, meaning: str, *, default: Any = ..., theta: bool = True, **bounds: Any) -> Any:
+    """Declare a number of a part: unit, meaning, bounds (above, at_least, below, at_most), shape.
+
+    `default=None` makes it optional.  `theta=False` keeps it out of the equations (a budget, a report option).
+    """
+    spec = Quantity(unit, meaning, **bounds)
+    if default is not ... and default is not None:
+        default = spec.check(default, from_file=False)
+    return Field(default, description=meaning, json_schema_extra={"quantity": spec, "theta": theta})
+
+
+def one_of(**kinds: str) -> BeforeValidator:
+    """For `Annotated`: a table whose `kind` chooses the Part, one_of(pid="gough.control.pid:PID", ...)."""
+
+    def choose(raw: Any, info: ValidationInfo) -> Any:
+        if not isinstance(raw, Mapping):
+            return raw
+        chosen = raw.get("kind")
+        if chosen not in kinds:
+            rule = "is missing" if chosen is None else f"no such kind {_brief(chosen)}"
+            cure = f"there is {', '.join(kinds)}" if chosen is None else did_you_mean(str(chosen), kinds)
+            raise InputError(rule, key="kind", cure=cure)
+        module, _, name = kinds[chosen].partition(":")
+        kind = getattr(importlib.import_module(module), name)
+        return kind.from_file(raw) if info.context and info.context.get("file") else kind(**raw)
+
+    return BeforeValidator(choose)
+
+
+class Part(BaseModel):
+    """Base of machines, laws and programs: frozen, no unknown keys, no inf or nan, equal and hashed by content."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False, strict=True, validate_default=False
+    )
+    input_error: ClassVar[type[InputError]] = ExperimentError
+
+    def __init__(self, **data: Any):
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise self.input_error(problems=problems(error, type(self))) from None
+
+    @classmethod
+    def from_file(cls, data: Mapping[str, Any]) -> Part:
+        """The part that a file's table describes: quantities are strings with units.
+
+        Raises
+        ------
+        InputError
+            of the part's kind, with a problem for every wrong key.  `key` is set, file and line are not.
+        """
+        try:
+            return cls.model_validate(dict(data), context={"file": True})
+        except ValidationError as error:
+            raise cls.input_error(problems=problems(error, cls)) from None
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _check_quantity(cls, raw: Any, info: ValidationInfo) -> Any:
+        spec = cls.specs().get(info.field_name)
+        if spec is None or (raw is None and cls.model_fields[info.field_name].default is None):
+            return raw
+        return spec.check(raw, from_file=bool(info.context and info.context.get("file")))
+
+    @classmethod
+    def specs(cls) -> dict[str, Quantity]:
+        """The declared quantities by field name."""
+        found = {}
+        for name, field in cls.model_fields.items():
+            extra = field.json_schema_extra
+            if isinstance(extra, dict) and "quantity" in extra:
+                found[name] = extra["quantity"]
+        return found
+
+    # -- the numbers, flat ------------------------------------------------------------------------------------
+
+    def _numbers(self) -> Iterator[tuple[str, Any, Quantity]]:
+        """(dotted name, value, spec) of every number that stands in theta, in the order of declaration."""
+        for name, spec in self.specs().items():
+            value = getattr(self, name)
+            if value is not None and type(self).model_fields[name].json_schema_extra["theta"]:
+                yield name, value, spec
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, Part):
+                for inner, number, spec in value._numbers():
+                    yield f"{name}.{inner}", number, spec
+
+    @property
+    def theta(self) -> np.ndarray:
+        """All numbers of the part, flat.  (n,), SI."""
+        flat = [np.ravel(value) for _, value, _ in self._numbers()]
+        return np.concatenate(flat) if flat else np.zeros(0)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of each entry of theta: "platform.mass", "joints.base[0,2]"."""
+        out = []
+        for name, value, _ in self._numbers():
+            if np.ndim(value) == 0:
+                out.append(name)
+            else:
+                out += [f"{name}[{','.join(map(str, index))}]" for index in np.ndindex(np.shape(value))]
+        return tuple(out)
+
+    def at(self, theta: Any) -> View:
+        """This part with entries of the column `theta` (SX or DM) in the places of its numbers."""
+        count = len(self.theta)
+        if theta.shape != (count, 1):
+            raise ExperimentError(f"theta of {type(self).__name__} has {count} entries", value=str(theta.shape))
+        view, used = _view(self, theta, 0)
+        assert used == count
+        return view
+
+    # -- equality, change, text -------------------------------------------------------------------------------
+
+    def _content(self) -> tuple:
+        out: list = [type(self).__module__, type(self).__qualname__]
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                value = (value.shape, value.tobytes())
+            elif isinstance(value, Part):
+                value = value._content()
+            elif isinstance(value, dict | list):
+                value = repr(value)
+            out.append((name, value))
+        return tuple(out)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Part) and self._content() == other._content()
+
+    def __hash__(self) -> int:
+        return int(self.digest()[:15], 16)
+
+    def digest(self) -> str:
+        """SHA-256 of the content, hex: equal parts have equal digests, in every process."""
+        return hashlib.sha256(repr(self._content()).encode()).hexdigest()
+
+    def replace(self, **changes: Any) -> Part:
+        """A copy with other values; dotted names reach inside: `machine.replace(**{"platform.mass": 320})`.
+
+        Raises
+        ------
+        ExperimentError
+            for a name that is not there, with the nearest that is, or a value out of bounds.
+        """
+        return self._replaced(changes, from_file=False)
+
+    def replace_from_file(self, changes: Mapping[str, Any]) -> Part:
+        """`replace` with values as a file writes them; "1.2 x" multiplies the part's own number."""
+        return self._replaced(changes, from_file=True)
+
+    def _replaced(self, changes: Mapping[str, Any], from_file: bool) -> Part:
+        data = {name: getattr(self, name) for name in type(self).model_fields}
+        inner: dict[str, dict[str, Any]] = {}
+        wrong = []
+        for key, raw in changes.items():
+            head, _, rest = key.partition(".")
+            if head not in data or (rest and not isinstance(data[head], Part)):
+                wrong.append(Problem("no such key", key=key, cure=did_you_mean(key, self._keys())))
+            elif rest:
+                inner.setdefault(head, {})[rest] = raw
+            else:
+                try:
+                    data[head] = self._changed(head, data[head], raw, from_file)
+                except InputError as error:
+                    wrong += error.at(key=key).problems
+        for head, group in inner.items():
+            try:
+                data[head] = data[head]._replaced(group, from_file)
+            except InputError as error:
+                wrong += [p if p.key is None else _under(p, head) for p in error.problems]
+        if wrong:
+            raise self.input_error(problems=wrong)
+        return type(self)(**data)
+
+    def _changed(self, name: str, old: Any, raw: Any, from_file: bool) -> Any:
+        spec = self.specs().get(name)
+        if spec is None:
+            if isinstance(old, Part) and isinstance(raw, Mapping):
+                return old._replaced(raw, from_file)
+            return raw
+        if isinstance(raw, str) and raw.strip().endswith("x"):
+            times, dimension = units.parse(raw)
+            if any(dimension):
+                raise UnitError(f"{raw!r} is not a factor", cure='write e.g. "1.2 x"')
+            if old is None:
+                raise InputError("cannot be scaled: the machine has none", value=raw)
+            return spec.check(np.asarray(old) * times, from_file=False)
+        return spec.check(raw, from_file)
+
+    def _keys(self) -> list[str]:
+        """All dotted keys that `replace` takes."""
+        out = []
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            out.append(name)
+            if isinstance(value, Part):
+                out += [f"{name}.{key}" for key in value._keys()]
+        return out
+
+    def to_file(self) -> dict[str, Any]:
+        """The table that `from_file` reads back to an equal part: quantities as strings with SI units."""
+        out: dict[str, Any] = {}
+        specs = self.specs()
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if name in specs:
+                out[name] = _written(value, specs[name])
+            elif isinstance(value, Part):
+                out[name] = value.to_file()
+            else:
+                out[name] = value
+        return out
+
+
+class View:
+    """A part seen through theta: fields that are numbers are entries of theta, everything else is the part's."""
+
+    def __init__(self, part: Part, values: dict[str, Any]):
+        self._part = part
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        values = self.__dict__["_values"]
+        return values[name] if name in values else getattr(self.__dict__["_part"], name)
+
+
+def _view(part: Part, theta: Any, start: int) -> tuple[View, int]:
+    values: dict[str, Any] = {}
+    for name, spec in part.specs().items():
+        value = getattr(part, name)
+        if value is None or not type(part).model_fields[name].json_schema_extra["theta"]:
+            continue
+        size = int(np.size(value))
+        piece = theta[start : start + size]
+        # CasADi stores columns first, theta rows first
+        values[name] = piece if len(spec.shape) < 2 else piece.reshape((spec.shape[1], spec.shape[0])).T
+        start += size
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            values[name], start = _view(value, theta, start)
+    return View(part, values), start
+
+
+def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
+    """What pydantic found, as problems with dotted keys and the nearest right key."""
+    out = []
+    for item in error.errors():
+        key = ".".join(str(part) for part in item["loc"]) or None
+        inner = item.get("ctx", {}).get("error")
+        if isinstance(inner, InputError):
+            for p in inner.problems:
+                out.append(_under(p, key) if key else p)
+        elif item["type"] == "missing":
+            spec = _spec_at(kind, item["loc"])
+            out.append(Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None))
+        elif item["type"] == "extra_forbidden":
+            fields = _fields_at(kind, item["loc"][:-1])
+            out.append(Problem("no such key", key=key, cure=did_you_mean(str(item["loc"][-1]), fields)))
+        elif inner is not None:
+            out.append(Problem(str(inner), key=key))
+        else:
+            out.append(Problem(item["msg"], key=key, value=_brief(item.get("input"))))
+    return out
+
+
+def _under(problem: Problem, key: str) -> Problem:
+    inner = f"{key}.{problem.key}" if problem.key else key
+    return Problem(**{**problem.__dict__, "key": inner})
+
+
+def _fields_at(kind: type, path: tuple) -> list[str]:
+    for step in path:
+        kind = _part_of(kind.model_fields[step].annotation, step) if isinstance(kind, type) and step in kind.model_fields else None
+        if kind is None:
+            return []
+    return list(kind.model_fields)
+
+
+def _part_of(annotation: Any, _step: Any) -> type[Part] | None:
+    options = getattr(annotation, "__args__", None) or (annotation,)
+    parts = [option for option in options if isinstance(option, type) and issubclass(option, Part)]
+    return parts[0] if parts else None
+
+
+def _spec_at(kind: type, path: tuple) -> Quantity | None:
+    for step in path[:-1]:
+        field = kind.model_fields.get(step) if isinstance(kind, type) else None
+        kind = _part_of(field.annotation, step) if field else None
+        if kind is None:
+            return None
+    return kind.specs().get(path[-1]) if isinstance(kind, type) and issubclass(kind, Part) else None
+
+
+def is_default(part: Part, name: str) -> bool:
+    """Whether a field still has its declared default."""
+    default = type(part).model_fields[name].default
+    value = getattr(part, name)
+    return default is not PydanticUndefined and bool(np.array_equal(value, default))
+
+
+def _numbers(raw: Any) -> Any:
+    """Nested lists or arrays of real numbers; booleans and texts are none."""
+    if isinstance(raw, list | tuple):
+        rows = [_numbers(entry) for entry in raw]
+        if len({np.shape(row) for row in rows}) > 1:
+            raise InputError("rows of an array must be of one length", value=_brief(raw))
+        return rows
+    if isinstance(raw, np.ndarray) and raw.dtype.kind in "fiu":
+        return raw
+    if isinstance(raw, bool) or not isinstance(raw, int | float | np.integer | np.floating):
+        raise InputError("must be a number", value=_brief(raw))
+    return float(raw) if abs(raw) < 1e300 or not math.isfinite(raw) else math.inf
+
+
+def _text(raw: Any) -> str:
+    if not isinstance(raw, str):
+        raise InputError("a unit is a text", value=_brief(raw), cure='write unit = "m"')
+    return raw
+
+
+def _written(value: Any, spec: Quantity) -> Any:
+    each = spec._units(int(np.size(value)))
+    if np.ndim(value) == 0:
+        return f"{value!r} {spec.unit}" if spec.unit not in ("", "1") else value
+    if len(set(each)) == 1:
+        return {"unit": each[0] or "1", "value": np.asarray(value).tolist()}
+    return [f"{float(v)!r} {u}" for v, u in zip(value, each, strict=True)]
+
+
+def _shape(shape: tuple[int, ...]) -> str:
+    return " x ".join(map(str, shape)) if shape else "a single value"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:g} {unit}" if unit not in ("", "1") else f"{value:g}"
+
+
+def _brief(raw: Any, unit: str | None = None) -> str:
+    if isinstance(raw, float | int | np.floating) and not isinstance(raw, bool) and unit:
+        return _with_unit(raw, unit)
+    text = repr(raw)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,13 @@
+"""Named functions and a schedule in, machine code out: simulations side by side.  It knows nothing of machines.
+
+    schedule = Schedule(signals, tasks, substep, substeps=4, limits=limits, log=("x", "u"), period=1e-3)
+    kernel = compile(schedule, lanes=1)
+    simulation = kernel.start(parameters={...}, states={...}, seed=0)
+    rows = simulation.advance(1000, inputs={"reference": table})        # (ticks, runs, width)
+"""
+
+from gough.kernel.kernel import Kernel, KernelWarning, compile
+from gough.kernel.schedule import Schedule, Signal, Task, period_ticks
+from gough.kernel.simulation import Simulation, Stop
+
+__all__ = ["Kernel", "KernelWarning", "Schedule", "Signal", "Simulation", "Stop", "Task", "compile", "period_ticks"]

@@ -1,0 +1,126 @@
+"""The machine on arrays: (..., k) in, (..., n) out, by the same equations the kernel runs.
+
+Rows are independent; leading axes broadcast.  Every answer is checked: inputs must be finite, and what divides by the
+Jacobian is refused near a singularity.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from ..errors import ExperimentError, SingularityError
+from ..kernel.rows import compile_rows
+from ..mechanics.linear import solve_spd, solve_square_transposed
+
+
+class Arrays:
+    """Row functions of one machine; `machine.arrays`.  Compiled on first use, from a cache thereafter."""
+
+    def __init__(self, machine):
+        self.machine = machine
+
+    def run(self, name: str, *columns) -> list[np.ndarray]:
+        """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes."""
+        arrays = [np.asarray(column, float) for column in columns]
+        lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+        rows = [np.ascontiguousarray(np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1])) for a in arrays]
+        out = _compiled(name, _Key(self.machine))(self.machine.theta, *rows)
+        return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
+
+
+def column(value, size: int, what: str) -> np.ndarray:
+    """`value` as an array (..., size) of finite numbers.
+
+    Raises
+    ------
+    ExperimentError
+        wrong last axis, or a number that is not finite, with its index.
+    """
+    array = np.asarray(value, float)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ExperimentError(f"{what} must have shape (..., {size})", value=str(array.shape))
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        index = tuple(int(i) for i in bad[0])
+        raise ExperimentError(f"{what} must be finite", where=f"index {list(index)}", value=str(array[index]))
+    return array
+
+
+def check_determinant(ratio: np.ndarray, least: float) -> None:
+    """Refuse rows whose det J, as a fraction of home's, is below `least` (or NaN).
+
+    Raises
+    ------
+    SingularityError
+        with the index of the first row.
+    """
+    bad = np.argwhere(~(ratio[..., 0] >= least))
+    if len(bad):
+        index = tuple(int(i) for i in bad[0])
+        raise SingularityError(
+            "the joints do not hold the platform here: det J against home",
+            where=f"index {list(index)}" if index else None,
+            value=f"{ratio[index][0]:.3g}",
+            limit=f"{least:g}",
+            cure="stay away from the singular pose, or change limits.determinant",
+        )
+
+
+class _Key:
+    """A machine's structure as a cache key: equal for machines that differ in numbers only."""
+
+    def __init__(self, machine):
+        self.machine = machine
+        friction = getattr(machine, "friction", None)
+        self.key = (type(machine), machine.names, type(friction))
+
+    def __hash__(self):
+        return hash(self.key)
+
+    def __eq__(self, other):
+        return self.key == other.key
+
+
+@lru_cache(maxsize=256)
+def _compiled(name: str, key: _Key):
+    return compile_rows(row_function(name, key.machine))
+
+
+def row_function(name: str, m) -> ca.Function:
+    """The row function `name` of machine `m` as SX: theta first, then its columns."""
+    p, theta = m.symbols
+    x, xd, xdd = (ca.SX.sym(s, len(m.task)) for s in ("x", "xd", "xdd"))
+    u, w = ca.SX.sym("u", m.joints_count), ca.SX.sym("w", len(m.task))
+    z = m.coordinates_of(x)
+    pi = {key: value for key, (value, _) in m.inertial(p).items()}
+    J = m.jacobian_of(p, z)
+    if name == "inverse_kinematics":
+        return ca.Function(name, [theta, x], [m.joints_of(p, z)])
+    if name == "jacobian":
+        return ca.Function(name, [theta, x], [ca.vec(J.T)])
+    if name == "joint_motion":
+        return ca.Function(name, [theta, x, xd, xdd], [m.joints_of(p, z), J @ xd, m.joint_acceleration(p, z, xd, xdd)])
+    if name == "newton":
+        z_ = ca.SX.sym("z", 7)
+        return ca.Function(name, [theta, z_], [m.joints_of(p, z_), ca.vec(m.jacobian_of(p, z_).T)])
+    if name == "margins":
+        z_ = ca.SX.sym("z", 7)
+        return ca.Function(name, [theta, z_], [m.margins(p, z_)[1]])
+    if name == "inverse_dynamics":
+        force = m.inverse_force(p, pi, z, xd, xdd) - w
+        return ca.Function(name, [theta, x, xd, xdd, w], [solve_square_transposed(J, force), m.determinant_of(p, z)])
+    if name == "forward_dynamics":
+        M, h = m.mass_and_bias(p, pi, z, xd)
+        return ca.Function(name, [theta, x, xd, u, w], [solve_spd(M, J.T @ u + w - h)])
+    if name == "mass":
+        M, h = m.mass_and_bias(p, pi, z, xd)
+        return ca.Function(name, [theta, x, xd], [ca.vec(M), h])
+    if name == "regressor":
+        symbols = {key: ca.SX.sym(key) for key in pi}
+        force = m.inverse_force(p, symbols, z, xd, xdd)
+        Y = ca.jacobian(force, ca.vertcat(*symbols.values()))
+        return ca.Function(name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ xd])
+    raise KeyError(name)

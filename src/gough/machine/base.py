@@ -1,0 +1,205 @@
+"""What every machine is: a Part with equations of motion on independent velocities.
+
+    coordinates z, velocities v, z' = rate(z, v);  joints q(z), q' = J v;  tool pose;
+    M(z) v' + h(z, v) = J' (u - friction) + w                                                                    (1)
+
+with w the wrench on the tool, [f; m] at the tip in W.  Everything is written once, as functions of a view `p` of the
+machine (its numbers as entries of theta) and of `pi`, the inertial parameters in which (1) is linear; NumPy comes in
+and goes out through `arrays.Arrays`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ..declare import Array, Part, quantity
+from ..errors import SheetError
+from . import forward
+from .arrays import Arrays, check_determinant, column
+
+
+class Feed(Part):
+    """What the axes of the tool are driven at when a program does not say."""
+
+    input_error = SheetError
+
+    rapid: float = quantity("m/s", "speed of rapids (G0)", default=0.2, above=0)
+    acceleration: float = quantity("m/s2", "acceleration along the path", default=2.0, above=0)
+    angular_rate: float = quantity("rad/s", "greatest rate of the tool axis", default=0.5, above=0)
+    angular_acceleration: float = quantity("rad/s2", "greatest angular acceleration", default=5.0, above=0)
+
+
+class Drive(Part):
+    """Screw, motor and encoder of each joint."""
+
+    input_error = SheetError
+
+    lead: float = quantity("m", "travel a turn of the screw", above=0)
+    inertia: float | None = quantity("kg m2", "motor and screw, about the screw", default=None, at_least=0)
+    torque_limit: float | None = quantity("N m", "greatest motor torque", default=None, above=0)
+    encoder: float | None = quantity("m", "resolution of the encoder, at the joint", default=None, above=0)
+    noise: float | None = quantity("m", "standard deviation of the encoder's noise", default=None, above=0)
+    delay: float = quantity("1", "samples between a command and its force, 0 or 1", default=0.0, theta=False)
+
+    def model_post_init(self, _context: Any) -> None:
+        if self.delay not in (0, 1):
+            raise SheetError("must be 0 or 1 samples", key="delay", value=f"{self.delay:g}")
+
+
+def reflected_mass(drive) -> Any:
+    """Mass that the turning parts add to a joint, J (2 pi / lead)^2.  kg."""
+    return 0.0 if drive.inertia is None else drive.inertia * (2 * np.pi / drive.lead) ** 2
+
+
+def force_limit(drive) -> Any:
+    """Greatest joint force, torque_limit 2 pi / lead.  N; None without a limit."""
+    return None if drive.torque_limit is None else drive.torque_limit * 2 * np.pi / drive.lead
+
+
+class Parameters(NamedTuple):
+    """The parameters in which the dynamics are linear."""
+
+    names: tuple[str, ...]
+    values: Array
+    units: tuple[str, ...]
+
+
+class Machine(Part):
+    """Base of all machines.  A kind fills in the equations below; views and arrays come from here."""
+
+    input_error = SheetError
+    task: ClassVar[tuple[tuple[str, str], ...]]  # (name, unit) of each task coordinate
+
+    # -- what a kind states (symbolic; p a view of the machine) ---------------------------------------------------
+    #   joint_names, task, velocities
+    #   coordinates_of(x)                task coordinates -> z, SX
+    #   tool_pose_of(z)                  z -> position (3,), quaternion (4,) of T in W
+    #   rate(p, z, v), normalised(z)     z', and z pulled back to its manifold
+    #   joints(p, z)                     q
+    #   jacobian_of(p, z)                J, q' = J v
+    #   joint_acceleration(p, z, v, vd)  q''
+    #   inertial(p)                      pi as {name: SX}, in which the next is linear
+    #   inverse_force(p, pi, z, v, vd)   M v' + h, on v
+    #   mass_and_bias(p, pi, z, v)       M, h
+    #   margins(p, z)                    (names, SX): all >= 0 inside the limits
+
+    @cached_property
+    def symbols(self) -> tuple[Any, Any]:
+        """(view, theta): this machine on a fresh symbolic theta."""
+        theta = ca.SX.sym("theta", len(self.theta))
+        return self.at(theta), theta
+
+    @cached_property
+    def arrays(self) -> Arrays:
+        """The row functions behind the methods below."""
+        return Arrays(self)
+
+    @property
+    def joints_count(self) -> int:
+        """How many actuated joints, n."""
+        return len(self.joint_names)
+
+    # -- arrays ---------------------------------------------------------------------------------------------------
+
+    def inverse_kinematics(self, x) -> np.ndarray:
+        """Joint coordinates of poses.  (..., d) -> (..., n).  Always one answer; limits are not checked here."""
+        return self.arrays.run("inverse_kinematics", column(x, len(self.task), "pose"))[0]
+
+    def forward_kinematics(self, q, near=None, on_fail: str = "raise"):
+        """Poses of joint coordinates, each sought from `near` (default: home).  (..., n) -> (..., d).
+
+        A pose is returned only when its residual is below 1e-10 m, it is inside the limits and the workspace, and
+        det J has the sign it has at home.  `on_fail="nan"` returns (poses, status) instead of raising: rows of NaN
+        with a status other than 0, see `forward.STATUS`.
+
+        Raises
+        ------
+        KinematicsError
+            joint coordinates that no pose has, no convergence, another assembly mode; index of the first such row.
+        WorkspaceError
+            the pose found is outside the limits or the workspace.
+        """
+        return forward.forward_kinematics(self, q, near, on_fail)
+
+    def jacobian(self, x) -> np.ndarray:
+        """J with q' = J xd.  (..., d) -> (..., n, d)."""
+        x = column(x, len(self.task), "pose")
+        return self.arrays.run("jacobian", x)[0].reshape(x.shape[:-1] + (self.joints_count, len(self.task)))
+
+    def joint_motion(self, x, xd, xdd) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n)."""
+        columns = self._columns(x, xd, xdd)
+        return tuple(self.arrays.run("joint_motion", *columns))
+
+    def inverse_dynamics(self, x, xd, xdd, wrench=None) -> np.ndarray:
+        """Joint forces of a motion, without friction.  (..., d) each -> (..., n) N.
+
+        `wrench` (..., 6) [f; m] acts on the tool at its tip, in W.
+
+        Raises
+        ------
+        SingularityError
+            where det J has fallen below limits.determinant of home's.
+        """
+        u, ratio = self.arrays.run("inverse_dynamics", *self._columns(x, xd, xdd), self._wrench(wrench))
+        check_determinant(ratio, self.limits.determinant)
+        return u
+
+    def forward_dynamics(self, x, xd, u, wrench=None) -> np.ndarray:
+        """xdd of joint forces u, without friction.  (..., d), (..., d), (..., n) -> (..., d)."""
+        d = len(self.task)
+        u = column(u, self.joints_count, "joint forces")
+        return self.arrays.run("forward_dynamics", column(x, d, "pose"), column(xd, d, "rate"), u, self._wrench(wrench))[0]
+
+    def mass_matrix(self, x) -> np.ndarray:
+        """M on the task rate.  (..., d) -> (..., d, d)."""
+        x = column(x, len(self.task), "pose")
+        d = len(self.task)
+        return self.arrays.run("mass", x, np.zeros(d))[0].reshape(x.shape[:-1] + (d, d))
+
+    def regressor(self, x, xd, xdd, friction: bool = False) -> np.ndarray:
+        """Y with u = Y @ parameters.values.  (..., d) each -> (..., n, p).
+
+        With `friction`, the columns of Coulomb and viscous friction of each joint follow; values of both by
+        `parameters_of(friction=True)`.
+        """
+        flat, ratio, qd = self.arrays.run("regressor", *self._columns(x, xd, xdd))
+        check_determinant(ratio, self.limits.determinant)
+        n = self.joints_count
+        Y = flat.reshape(flat.shape[:-1] + (n, -1))
+        if friction:
+            eye = np.eye(n)
+            Y = np.concatenate([Y, eye * np.sign(qd)[..., None, :], eye * qd[..., None, :]], -1)
+        return Y
+
+    @property
+    def parameters(self) -> Parameters:
+        """What `regressor` is linear in: names, values, units."""
+        return self.parameters_of()
+
+    def parameters_of(self, friction: bool = False) -> Parameters:
+        """`parameters`, with `friction` also those of the joints."""
+        found = self.inertial(self)
+        names, units = list(found), [unit for _, unit in found.values()]
+        values = [float(ca.evalf(ca.SX(value))) for value, _ in found.values()]
+        if friction:
+            law = self.friction
+            for key, unit in (("coulomb", "N"), ("viscous", "N s/m")):
+                names += [f"friction.{key}[{i}]" for i in range(self.joints_count)]
+                units += [unit] * self.joints_count
+                values += list(np.broadcast_to(getattr(law, key) if law else 0.0, self.joints_count))
+        return Parameters(tuple(names), np.array(values), tuple(units))
+
+    def tool_pose(self, x) -> np.ndarray:
+        """x y z a b c of T in W.  (..., d) -> (..., 6)."""
+        return column(x, len(self.task), "pose")
+
+    def _columns(self, *values):
+        return [column(value, len(self.task), name) for value, name in zip(values, ("pose", "rate", "acceleration"), strict=True)]
+
+    def _wrench(self, wrench):
+        return np.zeros(6) if wrench is None else column(wrench, 6, "wrench")

@@ -1,0 +1,330 @@
+"""Gough-Stewart machine, 6-UPS: six struts of variable length carry a platform with the tool.
+
+            B_i            frames  W   fixed in the base           points  A_i  base joint (universal), fixed in W
+       ____/_\\____  T             T   tool: origin at the tip,             B_i  platform joint (spherical), fixed in T
+          /   \\                       third axis from tip to spindle      n_i  from A_i to B_i, unit, in W
+     ____A_____A__   W
+
+Coordinates z = [p_WT (3), quaternion of R_WT (4)], velocities V = V_WT = [v; w], both in W.
+
+    s = p_WT + b - p_WA,   b = R_WT p_TB,   l = |s|,   n = s / l                                                 (1)
+    l' = n . v_B,   v_B = v + w x b      ->  row of J:  [n', (b x n)']                                          (2)
+    nu = n' = (v_B - l' n) / l                                                                                  (3)
+    l'' = n . a_B + l |nu|^2,   a_B = v' + w' x b + w x (w x b)                                                 (4)
+
+One strut, seen from the platform joint.  Its moving part (mass m, first moment k = m c measured from B towards A,
+transverse inertia I about B), its fixed part (k_f = m_f c_f measured from A, I_f about A), the turning parts
+(reflected mass m_r) and the axial inertia I_a of both, need the force on B, with P = 1 - n n' and g gravity,
+
+    F = n [ m n.(a_B - g) + k |nu|^2 + m_r l'' ]
+      + P (m - k/l) (a_B - g) + ((I + I_f)/l - k) P nu' - (k_f/l) P g
+      + I_a [ sigma (nu x n)/l + G sigma' ]                                                                     (5)
+    P nu' = (P a_B - 2 l' nu) / l
+
+The universal joint turns about a, fixed in W, and about a x n; so the strut spins about itself at
+
+    sigma = k_a tau / (1 - k_a^2),   k_a = a . n,   tau = a . (n x nu),    G = d sigma / d v_B                   (6)
+
+The platform is one rigid body (`mechanics.bodies.rigid_wrench`).  Then M V' + h = J' (u - friction) + w: Newton-Euler
+for the platform plus the six forces F at the points B; (5) is linear in the masses, moments and inertias.
+Left out: the screw's gyroscopic moment (it turns about n), compliance.
+Derivation: docs/theory/hexapod.md.  Sources: Merlet, Parallel Robots, 2nd ed. 2006, ch. 3, 5, 10 for (1), (2);
+(5), (6) by virtual work, checked against Lagrange in tests/oracle/lagrange.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import casadi as ca
+import numpy as np
+from pydantic import Field, model_validator
+
+from .. import frames
+from ..declare import Array, quantity
+from ..errors import InputError
+from ..mechanics import bodies
+from ..mechanics.friction import FrictionLaw
+from ..mechanics.linear import determinant_6
+from .base import Drive, Feed, Machine, reflected_mass
+from .hexapod_parts import Joints, Strut, Tool
+from .limits import Limits, check_joints
+
+
+class Hexapod(Machine):
+    """Six-strut parallel machine tool.  Fields are the tables of its data sheet."""
+
+    task: ClassVar = (("x", "m"), ("y", "m"), ("z", "m"), ("a", "rad"), ("b", "rad"), ("c", "rad"))
+    velocities: ClassVar = tuple(f"{name}_WT" for name in ("vx", "vy", "vz", "wx", "wy", "wz"))
+    joint_names: ClassVar = tuple(f"strut {i}" for i in range(1, 7))
+
+    kind: Literal["hexapod"] = "hexapod"
+    name: str = Field(default="hexapod", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    gravity: Array = quantity("m/s2", "gravity, in W", default=[0.0, 0.0, -9.81], shape=(3,))
+    platform: bodies.Body
+    joints: Joints
+    tool: Tool | None = None
+    strut: Strut | None = None
+    drive: Drive
+    friction: FrictionLaw | None = None
+    limits: Limits
+    feed: Feed = Feed()
+    home: Array = quantity("m, m, m, rad, rad, rad", "pose at rest, x y z a b c of T in W", shape=(6,))
+    source: dict[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _home_table(cls, data: Any) -> Any:
+        """A sheet writes the pose at rest as a table, [home] pose = [...]."""
+        if isinstance(data, dict) and isinstance(data.get("home"), dict):
+            if set(data["home"]) != {"pose"}:
+                raise InputError("[home] has one key, pose", key="home", value=", ".join(map(str, data["home"])))
+            data = {**data, "home": data["home"]["pose"]}
+        return data
+
+    @model_validator(mode="after")
+    def _sound(self):
+        check_joints(self.joints.base, self.joints.platform)
+        for joint_numbers in (() if self.friction is None else (self.friction.coulomb, self.friction.viscous)):
+            if np.ndim(joint_numbers) and len(joint_numbers) != 6:
+                raise InputError("friction needs one value or six", key="friction", value=str(len(joint_numbers)))
+        if self.joints.base_axis is None and self.strut and (self.strut.moving.axial or self.strut.fixed.axial):
+            raise InputError(
+                "axial inertia of the struts needs joints.base_axis, which fixes their spin",
+                cure="give joints.base_axis or leave strut.moving.axial and strut.fixed.axial out",
+            )
+        return self
+
+    # -- coordinates ----------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def coordinates_of(x):
+        """z of a pose x y z a b c.  (6,) -> (7,)."""
+        return ca.vertcat(x[:3], frames.quaternion_of_abc(x[3:]))
+
+    @staticmethod
+    def tool_pose_of(z):
+        """Position and quaternion of T in W.  (7,) -> (3,), (4,)."""
+        return z[:3], z[3:]
+
+    @staticmethod
+    def rate(p, z, v):
+        """z' of coordinates (7,) and twist (6,).  (7,)."""
+        return ca.vertcat(v[:3], frames.quaternion_rate(z[3:], v[3:]))
+
+    @staticmethod
+    def normalised(z):
+        """z with its quaternion of unit length again.  (7,)."""
+        return ca.vertcat(z[:3], z[3:] / ca.norm_2(z[3:]))
+
+    @staticmethod
+    def stepped(z, d):
+        """z moved by a small twist d = [dp; rotation vector in W]: a step on SO(3), not on angles.  (7,)."""
+        return ca.vertcat(z[:3] + d[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(d[3:]), z[3:]))
+
+    # -- kinematics -----------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def platform_joints(p):
+        """p_TB, in T.  (3, 6)."""
+        if p.tool is None:
+            return p.joints.platform.T
+        R_TP = frames.rotation_of_abc(p.tool.angles).T
+        return R_TP @ (p.joints.platform.T - ca.repmat(p.tool.position, 1, 6))
+
+    def struts(self, p, z):
+        """(b, s, l, n) of eq. (1): (3, 6), (3, 6), (1, 6), (3, 6), all in W."""
+        b = frames.rotation_of_quaternion(z[3:]) @ self.platform_joints(p)
+        s = ca.repmat(z[:3], 1, 6) + b - p.joints.base.T
+        l = ca.sqrt(ca.sum1(s * s))
+        return b, s, l, s / ca.repmat(l, 3, 1)
+
+    def joints_of(self, p, z):
+        """Strut lengths, eq. (1).  (6,) m."""
+        return self.struts(p, z)[2].T
+
+    def jacobian_of(self, p, z):
+        """J of eq. (2): q' = J [v; w].  (6, 6)."""
+        b, _, _, n = self.struts(p, z)
+        return ca.horzcat(n.T, _columns(ca.cross, b, n).T)
+
+    def joint_acceleration(self, p, z, v, vd):
+        """l'' of eq. (4).  (6,) m/s2."""
+        b, _, l, n = self.struts(p, z)
+        out = []
+        for i in range(6):
+            v_B, a_B = point_motion(b[:, i], v, vd)
+            ld = ca.dot(n[:, i], v_B)
+            out.append(ca.dot(n[:, i], a_B) + (ca.dot(v_B, v_B) - ld * ld) / l[i])
+        return ca.vertcat(*out)
+
+    # -- dynamics -------------------------------------------------------------------------------------------------
+
+    def inertial(self, p):
+        """The parameters the dynamics are linear in: {name: (SX, unit)}.
+
+        Per body m, m c and I about the origin of its frame: platform in T, moving part at B, fixed part at A; then
+        the reflected mass of the drives.
+        """
+        m, mc, I = bodies.first_moments(p.platform)
+        if p.tool is not None:  # from P to T
+            R_TP = frames.rotation_of_abc(p.tool.angles).T
+            shifted = mc - m * p.tool.position
+            S, Sc = bodies.skew(p.tool.position), bodies.skew(mc)
+            I = R_TP @ (I + Sc @ S + S @ Sc - m * S @ S) @ R_TP.T
+            mc = R_TP @ shifted
+        out = {"platform.m": (m, "kg")}
+        out |= {f"platform.m c{axis}": (mc[i], "kg m") for i, axis in enumerate("xyz")}
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+            out[f"platform.I{'xyz'[i]}{'xyz'[j]}"] = (I[i, j], "kg m2")
+        if p.strut is not None:
+            for part in ("moving", "fixed"):
+                body = getattr(p.strut, part)
+                out[f"strut.{part}.m"] = (body.mass, "kg")
+                out[f"strut.{part}.m c"] = (body.mass * body.center, "kg m")
+                out[f"strut.{part}.I"] = (body.transverse + body.mass * body.center**2, "kg m2")
+                if body.axial is not None:
+                    out[f"strut.{part}.Iaxial"] = (body.axial, "kg m2")
+        if p.drive.inertia is not None:
+            out["drive.m"] = (reflected_mass(p.drive), "kg")
+        return out
+
+    def inverse_force(self, p, pi, z, v, vd):
+        """M v' + h, on the twist, eqs. (3)-(6).  pi as `inertial` names it.  (6,) [N; N m]."""
+        R = frames.rotation_of_quaternion(z[3:])
+        m, mc_W, I_W = self._platform_in_W(pi, R)
+        total = bodies.rigid_wrench(m, mc_W, I_W, v[3:], vd[:3] - p.gravity, vd[3:])
+        strut = _StrutLoad(pi)
+        if strut.massless:
+            return total
+        b, _, l, n = self.struts(p, z)
+        for i in range(6):
+            F = strut.force(p, i, l[i], n[:, i], *point_motion(b[:, i], v, vd))
+            total += ca.vertcat(F, ca.cross(b[:, i], F))
+        return total
+
+    def mass_and_bias(self, p, pi, z, v):
+        """M (6, 6) and h (6,) of M v' + h.  M from the mass seen at each platform joint, h at v' = 0."""
+        R = frames.rotation_of_quaternion(z[3:])
+        m, mc_W, I_W = self._platform_in_W(pi, R)
+        S = frames.skew(mc_W)
+        corner, cross, turn = m * ca.SX.eye(3), -S, I_W
+        strut = _StrutLoad(pi)
+        if not strut.massless:
+            b, _, l, n = self.struts(p, z)
+            for i in range(6):
+                M_B = strut.mass(p, i, l[i], n[:, i])
+                B = frames.skew(b[:, i])
+                corner, cross, turn = corner + M_B, cross - M_B @ B, turn - B @ M_B @ B
+        M = ca.vertcat(ca.horzcat(corner, cross), ca.horzcat(cross.T, turn))
+        return M, self.inverse_force(p, pi, z, v, ca.SX(6, 1))
+
+    @staticmethod
+    def _platform_in_W(pi, R):
+        def of(key):
+            return pi[f"platform.{key}"]
+
+        mc = ca.vertcat(*[of(f"m c{axis}") for axis in "xyz"])
+        I = ca.vertcat(
+            ca.horzcat(of("Ixx"), of("Ixy"), of("Ixz")),
+            ca.horzcat(of("Ixy"), of("Iyy"), of("Iyz")),
+            ca.horzcat(of("Ixz"), of("Iyz"), of("Izz")),
+        )
+        return of("m"), R @ mc, R @ I @ R.T
+
+    # -- limits ---------------------------------------------------------------------------------------------------
+
+    def margins(self, p, z):
+        """Names and values of all that must be >= 0: stroke, joint cones, distance from a singularity."""
+        home = self.coordinates_of(p.home)
+        _, _, l, n = self.struts(p, z)
+        _, _, _, n_home = self.struts(p, home)
+        R, R_home = (frames.rotation_of_quaternion(y[3:]) for y in (z, home))
+        names = [f"{joint}: {what}" for what in ("too short", "too long") for joint in self.joint_names]
+        values = [l.T - p.limits.length[0], p.limits.length[1] - l.T]
+        if p.limits.cone is not None:
+            least = ca.cos(p.limits.cone)
+            names += [f"{joint}: {end} joint beyond its cone" for end in ("base", "platform") for joint in self.joint_names]
+            values += [ca.sum1(n * n_home).T - least, ca.sum1((R.T @ n) * (R_home.T @ n_home)).T - least]
+        names.append("near a singularity: det J against home")
+        values.append(self.determinant_of(p, z) - p.limits.determinant)
+        return tuple(names), ca.vertcat(*values)
+
+    def determinant_of(self, p, z):
+        """det J as a fraction of home's; 0 at a singular pose, negative in another assembly mode."""
+        home = self.coordinates_of(p.home)
+        return determinant_6(self.jacobian_of(p, z)) / determinant_6(self.jacobian_of(p, home))
+
+    def drawing(self, x):
+        """The machine as polylines in W at the pose x.  List of {"name", "points"}."""
+        A, T = self.joints.base, frames.rotation_of_abc_np(np.asarray(x, float)[3:])
+        p_TB = np.array(ca.DM(self.platform_joints(self))).T if self.tool is not None else self.joints.platform
+        B = np.asarray(x)[:3] + p_TB @ T.T
+        tip = np.asarray(x)[:3]
+        middle = B.mean(0)
+        lines = [{"name": "base", "points": [*A.tolist(), A[0].tolist()]}]
+        lines += [{"name": name, "points": [A[i].tolist(), B[i].tolist()]} for i, name in enumerate(self.joint_names)]
+        lines.append({"name": "platform", "points": [*B.tolist(), B[0].tolist()]})
+        lines.append({"name": "tool", "points": [middle.tolist(), tip.tolist()]})
+        return lines
+
+
+def point_motion(b, v, vd):
+    """Velocity and acceleration of the platform joint at b (3,) from T, all in W.  eqs. (2), (4)."""
+    w, wd = v[3:], vd[3:]
+    wxb = ca.cross(w, b)
+    return v[:3] + wxb, vd[:3] + ca.cross(wd, b) + ca.cross(w, wxb)
+
+
+class _StrutLoad:
+    """What one strut asks of its platform joint, eqs. (3), (5), (6), from the inertial parameters `pi`."""
+
+    def __init__(self, pi):
+        self.m, self.k, self.I = (pi.get(f"strut.moving.{key}", 0) for key in ("m", "m c", "I"))
+        self.k_f, self.I_f = (pi.get(f"strut.fixed.{key}", 0) for key in ("m c", "I"))
+        axial = [pi[key] for key in ("strut.moving.Iaxial", "strut.fixed.Iaxial") if key in pi]
+        self.I_a = sum(axial) if axial else None
+        self.m_r = pi.get("drive.m", 0)
+        self.massless = not any(key.startswith(("strut", "drive")) for key in pi)
+
+    def force(self, p, i, l, n, v_B, a_B):
+        """F of eq. (5), on B, in W.  (3,)."""
+        ld = ca.dot(n, v_B)
+        nu = (v_B - ld * n) / l
+        nu2 = ca.dot(nu, nu)
+        axial_a = ca.dot(n, a_B)
+        P_nud = (a_B - axial_a * n - 2 * ld * nu) / l
+        load = a_B - p.gravity
+        axial = ca.dot(n, load)
+        across = load - axial * n
+        g_across = p.gravity - ca.dot(n, p.gravity) * n
+        F = n * (self.m * axial + self.k * nu2 + self.m_r * (axial_a + l * nu2))
+        F += (self.m - self.k / l) * across + ((self.I + self.I_f) / l - self.k) * P_nud - self.k_f / l * g_across
+        if self.I_a is not None:
+            a = p.joints.base_axis[i, :].T
+            ka, kad, tau, taud = ca.dot(a, n), ca.dot(a, nu), ca.dot(a, ca.cross(n, nu)), ca.dot(a, ca.cross(n, P_nud))
+            D = 1 - ka * ka
+            sigma = ka * tau / D
+            sigmad = (kad * tau + ka * taud + 2 * ka * ka * kad * tau / D) / D
+            F += self.I_a * (sigma / l * ca.cross(nu, n) + self.spin(a, ka, l, n) * sigmad)
+        return F
+
+    def mass(self, p, i, l, n):
+        """Mass at B: F = mass a_B + ... .  (3, 3)."""
+        nn = n @ n.T
+        across = self.m - 2 * self.k / l + (self.I + self.I_f) / (l * l)
+        M = across * ca.SX.eye(3) + (self.m + self.m_r - across) * nn
+        if self.I_a is not None:
+            a = p.joints.base_axis[i, :].T
+            G = self.spin(a, ca.dot(a, n), l, n)
+            M += self.I_a * G @ G.T
+        return M
+
+    @staticmethod
+    def spin(a, ka, l, n):
+        """G of eq. (6).  (3,)."""
+        return ka / (1 - ka * ka) / l * ca.cross(a, n)
+
+
+def _columns(function, A, B):
+    return ca.horzcat(*[function(A[:, i], B[:, i]) for i in range(A.shape[1])])

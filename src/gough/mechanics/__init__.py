@@ -1,0 +1,1 @@
+"""Bodies, friction laws and the small linear algebra that equations of motion need."""

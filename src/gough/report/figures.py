@@ -1,0 +1,217 @@
+"""Figures: one function each, logs in, axes out.  Without `ax` a new figure is made: `ax.figure.savefig(path)`.
+
+None uses pyplot or changes rcParams, so figures can be drawn in threads.  Lines are thinned to what the eye can see;
+the largest value is always drawn (prepare.thin).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import log_text
+from ..errors import LogError
+from ..files import slug, write_atomic
+from ..log import Log
+from . import style
+from .prepare import (
+    Scale, as_logs, circles, human, labels, magnification, magnified, plane_of, reversals, scale_for, spans, thin, tip,
+)
+
+DPI = 150
+
+
+def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
+    """Contour error over time, one line a log; velocity reversals are ticks below, what is not counted is grey."""
+    logs = as_logs(logs)
+    ax = ax or style.new_axes()
+    for log in logs:
+        _need(log, "contour_error")
+    scale = scale_for(np.concatenate([log["contour_error"] for log in logs]), "m")
+    top = 0.0
+    for log, name in zip(logs, labels(logs), strict=True):
+        error = scale.times * log["contour_error"]
+        rows = thin(error)
+        ax.plot(log.t[rows], error[rows], label=human(name), linewidth=0.8)
+        finite = error[np.isfinite(error)]
+        top = max(top, float(finite.max()) if finite.size else 0.0)
+    _uncounted(logs[0], ax)
+    for i, log in enumerate(logs):
+        times = [entry["time"] for entry in reversals(log)]
+        level = -(0.04 + 0.045 * i) * (top or 1.0)
+        ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, color=f"C{i}"
+                if ax.get_figure() is None else ax.lines[i].get_color(), markeredgewidth=0.8)
+    title = f"Contour error: {log_text.title(logs[0])}" if len(logs) == 1 else "Contour error"
+    style.label(ax, title, "time [s]", f"contour error [{scale.unit}]")
+    style.legend(ax, loc="upper right", ncols=max(1, len(logs)))
+    _failed(logs, ax)
+    return ax
+
+
+def path(log: Log, ax: Any = None) -> Any:
+    """Tool path coloured by contour error, seen along the axis of W in which it extends least."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
+
+    _need(log, "x", "contour_error")
+    new = ax is None
+    ax = ax or style.new_axes((6.4, 5.6))
+    p = tip(log)
+    plane = plane_of([p])
+    error = log["contour_error"]
+    rows = thin(error)
+    scale = scale_for(error, "m")
+    length = scale_for(p[:, [plane.first, plane.second]], "m")
+    xy = length.times * p[rows][:, [plane.first, plane.second]]
+    colours = LinearSegmentedColormap.from_list("gough_error", style.ERROR_SCALE)
+    lines = LineCollection(np.stack([xy[:-1], xy[1:]], axis=1), cmap=colours, linewidths=2.2, capstyle="round")
+    lines.set_array(scale.times * np.maximum(error[rows][:-1], error[rows][1:]))
+    ax.add_collection(lines)
+    ax.autoscale_view()
+    ax.set_aspect("equal", adjustable="datalim")
+    first, second = plane.label
+    style.label(ax, f"Path: {log_text.title(log)}", f"{first} [{length.unit}]", f"{second} [{length.unit}]")
+    bar = ax.figure.colorbar(lines, ax=ax, shrink=0.8)
+    bar.set_label(f"contour error [{scale.unit}]", fontsize=9.5, color=style.INK)
+    if new:
+        bar.outline.set_visible(False)
+    _failed([log], ax)
+    return ax
+
+
+def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None) -> Any:
+    """Polar plot of a circle: radial error magnified over the reference circle, outside +, all logs overlaid.
+
+    Raises
+    ------
+    LogError
+        no log has a circle of this number.
+    """
+    logs = as_logs(logs)
+    found = [(name, c) for log, name in zip(logs, labels(logs), strict=True) for c in circles(log)]
+    known = sorted({c.number for _, c in found})
+    if not known or (number is not None and number not in known):
+        cure = f"there is {', '.join(map(str, known))}" if known else "the program has no full circle or arc"
+        raise LogError("the log has no such circle", key="circle", value=str(number), cure=cure)
+    number = known[0] if number is None else number
+    found = [(name, c) for name, c in found if c.number == number]
+    ax = ax or style.new_axes((6.0, 6.0))
+    radius = found[0][1].radius
+    times = magnification(radius, [c.error for _, c in found])
+    length = scale_for([radius], "m")
+    turn = np.linspace(0, 2 * np.pi, 361)
+    ring = length.times * radius
+    division = Scale(*scale_for([0.15 * radius / times], "m"))
+    for part in (-2, -1, 1, 2):  # rings of one and two tenths of the radius: the scale of the error
+        r = ring * (1 + 0.1 * part)
+        ax.plot(r * np.cos(turn), r * np.sin(turn), color="#e3e7eb", linewidth=0.7)
+    ax.plot(ring * np.cos(turn), ring * np.sin(turn), color=style.INK, linewidth=1.0, label="reference")
+    for i, (name, c) in enumerate(found):
+        x, y = magnified(c, times)
+        rows = thin(c.error)
+        ax.plot(length.times * x[rows], length.times * y[rows], label=human(name), linewidth=0.9,
+                color=style.COLOURS[i % len(style.COLOURS)])
+    ax.set_aspect("equal", adjustable="datalim")
+    ring_text = f"one ring = {0.1 * radius / times * division.times:.3g} {division.unit}"
+    title = f"Circle {number}: radial error × {times:g}, outside +, {ring_text}"
+    style.label(ax, title, f"right [{length.unit}]", f"up [{length.unit}]")
+    style.legend(ax, loc="center")
+    _failed(logs, ax)
+    return ax
+
+
+def forces(log: Log, ax: Any = None) -> Any:
+    """Forces of the struts, as applied, over time."""
+    return _joints(log, ax, "u", lambda log: log["u"], "N", "Strut forces", "force")
+
+
+def velocities(log: Log, ax: Any = None) -> Any:
+    """Velocities of the struts over time, by differences of their true lengths."""
+    return _joints(log, ax, "q", _rate, "m/s", "Strut velocities", "velocity")
+
+
+def tracking(log: Log, ax: Any = None) -> Any:
+    """Tracking errors of the struts over time: reference minus true."""
+    _need(log, "q_r", "q")
+    return _joints(log, ax, "q", lambda log: log["q_r"] - log["q"], "m", "Tracking error", "q_r - q")
+
+
+def save_all(logs: Log | Iterable[Log], folder: str | Path) -> list[Path]:
+    """Write every figure the logs have data for as PNG into `folder`, which is made; the paths, in reading order.
+
+    Raises
+    ------
+    StorageError
+        a file could not be written.
+    """
+    logs = as_logs(logs)
+    folder = Path(folder)
+    drawn: list[tuple[str, Callable[[], Any]]] = []
+    having = [log for log in logs if "contour_error" in log]
+    if having:
+        drawn.append(("contour_error", lambda: contour_error(having)))
+    for number in sorted({c.number for log in logs for c in circles(log)}):
+        drawn.append((f"circle_{number}", lambda number=number: circle(logs, number)))
+    for log, name in zip(logs, labels(logs), strict=True):
+        for figure, needed in (
+            (path, ("x", "contour_error")), (forces, ("u",)), (velocities, ("q",)), (tracking, ("q", "q_r")),
+        ):
+            if all(key in log for key in needed):
+                drawn.append((f"{figure.__name__}_{slug(name)}", lambda figure=figure, log=log: figure(log)))
+    used: set[str] = set()
+    out = []
+    for name, draw in drawn:
+        while name in used:  # two names may have one slug
+            name += "_"
+        used.add(name)
+        figure = draw().figure
+        folder.mkdir(parents=True, exist_ok=True)
+        out.append(write_atomic(folder / f"{name}.png", lambda file, f=figure: f.savefig(file, dpi=DPI, format="png")))
+    return out
+
+
+def rate(log: Log) -> np.ndarray:
+    """Velocities of the joints by central differences over the rows.  (n, joints) m/s."""
+    q = log["q"]
+    return np.gradient(q, log.t, axis=0) if len(q) > 1 else np.zeros_like(q)
+
+
+_rate = rate
+
+
+def _joints(log: Log, ax: Any, needed: str, values: Callable[[Log], np.ndarray], unit: str, title: str, what: str) -> Any:
+    _need(log, needed)
+    ax = ax or style.new_axes()
+    data = values(log)
+    scale = scale_for(data, unit)
+    for i in range(data.shape[1]):
+        y = scale.times * data[:, i]
+        rows = thin(y)
+        ax.plot(log.t[rows], y[rows], label=f"{i + 1}", linewidth=0.8)
+    style.label(ax, f"{title}: {log_text.title(log)}", "time [s]", f"{what} [{scale.unit}]")
+    style.legend(ax, loc="upper right", ncols=max(1, data.shape[1]), title=None)
+    _failed([log], ax)
+    return ax
+
+
+def _uncounted(log: Log, ax: Any) -> None:
+    """Grey where rows are not counted in the metrics: rapids, dwells, after the end."""
+    if "counted" in log:
+        for start, end in spans(log["counted"] == 0, log.t)[:200]:
+            ax.axvspan(start, end, color="#f0f2f4", linewidth=0, zorder=0)
+
+
+def _failed(logs: list[Log], ax: Any) -> None:
+    failed = [log for log in logs if log.failed]
+    if failed:
+        reason = failed[0].reason if len(failed[0].reason) < 90 else failed[0].reason[:87] + "..."
+        ax.text(0.01, 0.02, f"FAILED: {reason}".replace("$", r"\$"), transform=ax.transAxes, color="#b00020",
+                fontsize=9, weight="bold")
+
+
+def _need(log: Log, *names: str) -> None:
+    for name in names:
+        log[name]  # raises LogError with the name

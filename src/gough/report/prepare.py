@@ -1,0 +1,205 @@
+"""What both the figures and the page need from logs: names, units for the eye, thinned rows, circles, the plane of a path."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import LogError
+from ..log import Log
+from ..units import factor
+
+LIMIT = 4000  # points of a line: two for each pixel of the widest chart
+
+
+def as_logs(logs: Log | Iterable[Log]) -> list[Log]:
+    """One log or several, as a list.
+
+    Raises
+    ------
+    LogError
+        there is none, or one holds a batch of runs.
+    """
+    out = [logs] if isinstance(logs, Log) else list(logs)
+    if not out:
+        raise LogError("there is no log to report")
+    for log in out:
+        if "run" in log.dataset.dims:
+            raise LogError("holds a batch of runs", key="run", cure="pick one: Log(log.dataset.isel(run=0))")
+    return out
+
+
+def labels(logs: Sequence[Log]) -> list[str]:
+    """A name for each log: its controller; numbered where two have the same."""
+    names = [str(log.info.get("controller_name") or log.info.get("controller_kind") or "log") for log in logs]
+    count, seen, out = Counter(names), Counter(), []
+    for name in names:
+        seen[name] += 1
+        out.append(f"{name} {seen[name]}" if count[name] > 1 else name)
+    return out
+
+
+def human(name: str) -> str:
+    """ "computed_torque" -> "computed torque"."""
+    return name.replace("_", " ")
+
+
+def thin(y: np.ndarray, limit: int = LIMIT) -> np.ndarray:
+    """Rows of (n,) to draw, at most `limit` of them, rising: first, last, and of each bin the smallest and the largest.
+
+    The extremes of y are always among them.  A bin with a value that is not finite keeps one such row, so that the
+    line has its gap.
+    """
+    y = np.asarray(y, float)
+    n = len(y)
+    if n <= limit:
+        return np.arange(n)
+    width = -(-n // max(1, (limit - 4) // 3))  # up to three rows a bin, four at the ends
+    whole = n // width * width
+    bins = y[:whole].reshape(-1, width)
+    start = np.arange(0, whole, width)
+    bad = ~np.isfinite(bins)
+    low = start + np.argmin(np.where(bad, np.inf, bins), axis=1)
+    high = start + np.argmax(np.where(bad, -np.inf, bins), axis=1)
+    gap = (start + np.argmax(bad, axis=1))[bad.any(axis=1)]
+    rest = y[whole:]
+    tail = [whole + k for k in (np.argmin(rest), np.argmax(rest))] if len(rest) else []
+    return np.unique(np.concatenate([[0], low, high, gap, tail, [n - 1]]).astype(int))
+
+
+class Scale(NamedTuple):
+    """A unit for the eye: values times `times` are in `unit`."""
+
+    unit: str
+    times: float
+
+
+_STEPS = {
+    "m": (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0)),
+    "rad": (("nrad", 1e-9), ("µrad", 1e-6), ("mrad", 1e-3), ("rad", 1.0)),
+    "N": (("mN", 1e-3), ("N", 1.0), ("kN", 1e3)),
+    "m/s": (("µm/s", 1e-6), ("mm/s", 1e-3), ("m/s", 1.0)),
+    "s": (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0)),
+}
+
+
+def scale_for(values: Any, si_unit: str) -> Scale:
+    """The unit in which the largest of `values` is at least one: one scale for everything shown together."""
+    values = np.abs(np.atleast_1d(np.asarray(values, float)))
+    values = values[np.isfinite(values)]
+    largest = values.max() if values.size else 0.0
+    steps = _STEPS.get(si_unit)
+    if not steps:
+        return Scale(si_unit, 1 / factor(si_unit))
+    fitting = [step for step in steps if largest >= 0.9999 * step[1]]
+    plain = next(step for step in steps if step[1] == 1.0)
+    unit, size = (fitting[-1] if fitting else steps[0]) if largest > 0 else plain
+    return Scale(unit, 1 / size)
+
+
+def spans(flags: np.ndarray, t: np.ndarray) -> list[tuple[float, float]]:
+    """Times from and to where `flags` (n,) holds."""
+    flags = np.concatenate([[False], np.asarray(flags, bool), [False]])
+    edges = np.flatnonzero(flags[1:] != flags[:-1]).reshape(-1, 2)
+    return [(float(t[a]), float(t[min(b, len(t) - 1)])) for a, b in edges]
+
+
+class Plane(NamedTuple):
+    """The two task axes in which a path extends most, as rows of W."""
+
+    first: int
+    second: int
+    label: str
+
+
+def plane_of(points: Iterable[np.ndarray]) -> Plane:
+    """The plane to look at paths (n, 3) in; the x y plane unless the path extends more in another."""
+    extent = np.zeros(3)
+    for p in points:
+        finite = p[np.isfinite(p).all(axis=1)]
+        if len(finite):
+            extent = np.maximum(extent, np.ptp(finite, axis=0))
+    flattest = 2 - int(np.argmin(extent[::-1]))  # z of equals
+    first, second = (i for i in range(3) if i != flattest)
+    return Plane(first, second, f"{'xyz'[first]}{'xyz'[second]}")
+
+
+def tip(log: Log, name: str = "x") -> np.ndarray:
+    """Tool tip in W, (n, 3) m, of machines whose first three task coordinates are x y z; fewer are filled with 0."""
+    parts = str(log.dataset[name].attrs.get("components", "")).split(", ") if name in log else []
+    out = np.zeros((len(log), 3))
+    for i, axis in enumerate("xyz"):
+        if axis in parts:
+            out[:, i] = log[name][:, parts.index(axis)]
+    return out
+
+
+class Circle(NamedTuple):
+    """A circle of a program as driven: angles about its axis and signed radial errors of its rows."""
+
+    number: int
+    line: int
+    radius: float
+    feed: float
+    angle: np.ndarray
+    error: np.ndarray
+    rows: np.ndarray
+
+
+def circles(log: Log) -> list[Circle]:
+    """The circles of a log that have rows."""
+    if "circle" not in log or "radial_error" not in log:
+        return []
+    number, p, out = log["circle"], tip(log), []
+    for entry in log.info.get("circles") or []:
+        rows = np.flatnonzero(number == entry["id"])
+        if not len(rows):
+            continue
+        e1, e2 = _axes(np.asarray(entry["normal"], float))
+        r = p[rows] - np.asarray(entry["center"], float)
+        angle = np.arctan2(r @ e2, r @ e1)
+        out.append(
+            Circle(int(entry["id"]), int(entry.get("line") or 0), float(entry["radius"]), float(entry.get("feed") or 0),
+                   angle, log["radial_error"][rows], rows)
+        )
+    return out
+
+
+def _axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Right and up on the paper for a circle seen from the positive side of the axis its normal is nearest to."""
+    main = int(np.argmax(np.abs(normal)))
+    normal = normal * np.sign(normal[main]) / np.linalg.norm(normal)
+    right = np.eye(3)[1 if main == 0 else 0]
+    right = right - right @ normal * normal
+    right /= np.linalg.norm(right)
+    up = np.cross(normal, right)
+    return right, up
+
+
+def magnification(radius: float, errors: Iterable[np.ndarray]) -> float:
+    """The 1-2-5 step that draws the largest of the errors as at most 0.3 radii; 1 if there is none."""
+    largest = 0.0
+    for error in errors:
+        finite = np.abs(error[np.isfinite(error)])
+        largest = max(largest, float(finite.max()) if finite.size else 0.0)
+    if largest <= 0:
+        return 1.0
+    wanted = 0.3 * radius / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(next(step for step in (5, 2, 1) if step * power <= wanted * (1 + 1e-12)) * power)
+
+
+def magnified(circle: Circle, times: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the driven circle with its radial error drawn `times` as large: right and up, (n,) m."""
+    radius = circle.radius + times * circle.error
+    return radius * np.cos(circle.angle), radius * np.sin(circle.angle)
+
+
+def reversals(log: Log, largest: int = 2000) -> list[dict[str, Any]]:
+    """The velocity reversals of a log in order of time; of more than `largest` those with the largest glitch."""
+    found = [entry for entry in log.info.get("reversals") or [] if isinstance(entry.get("time"), int | float)]
+    found = sorted(found, key=lambda entry: -(entry.get("glitch") or 0.0))[:largest]
+    return sorted(found, key=lambda entry: entry["time"])

@@ -1,0 +1,57 @@
+"""How figures look: colours, and axes that know the style without touching the state all of matplotlib shares."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+PATH = Path(__file__).with_name("gough.mplstyle")  # for plt.style.use(PATH)
+
+# Okabe and Ito; the same order as in gough.mplstyle (a test)
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+# small error pale, large error dark: lightness alone tells the order, also in grey and to every colour vision
+ERROR_SCALE = ("#c5d3e0", "#86b2d1", "#e0973f", "#b5402a", "#5e0b18")
+INK = "#2b333b"
+
+
+@functools.cache
+def _style() -> dict[str, Any]:
+    from matplotlib import rc_params_from_file
+
+    return dict(rc_params_from_file(PATH, use_default_template=False))
+
+
+def new_axes(size: tuple[float, float] | None = None) -> Any:
+    """Axes of a new figure in the style of gough.  No pyplot and no rcParams: it may run in any thread."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    style = _style()
+    figure = Figure(figsize=size or style["figure.figsize"], facecolor=style["figure.facecolor"], layout="constrained")
+    FigureCanvasAgg(figure)
+    ax = figure.add_subplot()
+    ax.set_prop_cycle(style["axes.prop_cycle"])
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(style[f"axes.spines.{side}"])
+    for side in ("bottom", "left"):
+        ax.spines[side].set_color(style["axes.edgecolor"])
+    for axis in ("x", "y"):
+        ax.tick_params(axis, labelsize=style[f"{axis}tick.labelsize"], colors=style[f"{axis}tick.color"])
+    ax.grid(style["axes.grid"], color=style["grid.color"], linewidth=style["grid.linewidth"])
+    ax.set_axisbelow(True)
+    return ax
+
+
+def label(ax: Any, title: str, x: str, y: str) -> None:
+    """Title and axis labels in the style's sizes."""
+    style = _style()
+    ax.set_title(title, loc="left", fontsize=style["axes.titlesize"], weight=style["axes.titleweight"], color=INK)
+    ax.set_xlabel(x, fontsize=style["axes.labelsize"], color=style["axes.labelcolor"])
+    ax.set_ylabel(y, fontsize=style["axes.labelsize"], color=style["axes.labelcolor"])
+
+
+def legend(ax: Any, **options: Any) -> None:
+    """A legend in the style's size."""
+    style = _style()
+    ax.legend(fontsize=style["legend.fontsize"], frameon=style["legend.frameon"], **options)
