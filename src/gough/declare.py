@@ -286,6 +286,8 @@ class Part(BaseModel):
             if old is None:
                 raise InputError("cannot be scaled: the machine has none", value=raw)
             return spec.check(np.asarray(old) * times, from_file=False)
+        if raw is None and not from_file and type(self).model_fields[name].default is None:
+            return None
         return spec.check(raw, from_file)
 
     def _keys(self) -> list[str]:

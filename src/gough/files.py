@@ -218,10 +218,11 @@ def _what(mode: int) -> str:
 def _neighbour(path: Path) -> str | None:
     """The cure for a file that is not there: one beside it with nearly the same name."""
     try:
-        found = nearest(path.name, (entry.name for entry in path.parent.iterdir()))
+        stems = {entry.stem: entry for entry in path.parent.iterdir() if entry.suffix == path.suffix}
     except OSError:
         return None
-    return f"did you mean {path.parent / found}?" if found else None
+    found = nearest(path.stem, stems)
+    return f"did you mean {stems[found]}?" if found else None
 
 
 # -- writing --------------------------------------------------------------------------------------------------------

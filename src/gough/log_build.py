@@ -1,4 +1,4 @@
-"""From arrays of a run to the labelled dataset of a log: one table says dimensions, units and meaning of every variable.
+"""From the arrays of a run to a labelled dataset: one table says dimensions, units and meaning of each variable.
 
     builder = LogBuilder(t, task=machine.task, joints=6)
     builder.add("q_r", q_r)                                  a variable of VARIABLES

@@ -72,7 +72,7 @@ def cell(text: str) -> str:
 
 
 def to_mat(log: Log, path: str | Path) -> Path:
-    """Write a MATLAB 5 file: variables by name (dots become underscores), structs `units` and `long_name`, and the texts
+    """Write a MATLAB 5 file: variables by name (dots become underscores), structs `units` and `long_name`, and texts
     `status`, `reason` and `gough` (JSON).
 
     Raises
@@ -116,7 +116,7 @@ def to_parquet(log: Log, path: str | Path) -> Path:
     except ImportError:
         raise LogError("Parquet needs pyarrow", cure="pip install 'gough[logs]'") from None
     table = columns(log)
-    fields = [pa.field(name, pa.from_numpy_dtype(values.dtype), metadata={"units": unit}) for name, unit, values in table]
+    fields = [pa.field(name, pa.from_numpy_dtype(column.dtype), metadata={"units": unit}) for name, unit, column in table]
     attrs = {str(key): str(value) for key, value in log.dataset.attrs.items()}
     data = pa.table([pa.array(values) for _, _, values in table], schema=pa.schema(fields, metadata=attrs))
     return write_atomic(path, lambda temporary: pq.write_table(data, temporary))

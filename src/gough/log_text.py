@@ -20,7 +20,8 @@ def title(log: Log) -> str:
     """ "nist-octahedral · pid · part.ngc", as much of it as is known."""
     info = log.info
     program = info.get("program")
-    names = [info.get("machine_name"), info.get("controller_kind"), program.get("name") if isinstance(program, dict) else None]
+    program = program.get("name") if isinstance(program, dict) else None
+    names = [info.get("machine_name"), info.get("controller_kind"), program]
     return " · ".join(str(name) for name in names if name) or "log"
 
 
@@ -46,9 +47,8 @@ def html(log: Log) -> str:
     if log.failed:
         parts.append(f'<p style="color:#b00020"><strong>FAILED: {esc(log.reason)}</strong></p>')
     parts.append(f"<p><strong>{esc(title(log))}</strong><br>{esc(_extent(log))}</p>")
-    cells = "".join(
-        "<tr>" + "".join(f'<td style="text-align:left">{esc(cell)}</td>' for cell in row) + "</tr>" for row in _ranges(log)
-    )
+    rows = ["".join(f'<td style="text-align:left">{esc(cell)}</td>' for cell in row) for row in _ranges(log)]
+    cells = "".join(f"<tr>{row}</tr>" for row in rows)
     parts.append(f"<table>{cells}</table>")
     parts += [f"<p>{esc(line)}</p>" for line in _contour(log)]
     return f"<div>{''.join(parts)}</div>"

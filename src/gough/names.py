@@ -42,4 +42,4 @@ def slug(text: str) -> str:
 
 def printable(text: str) -> str:
     """`text` for a message: characters that do not print, or that turn text around, are written as escapes."""
-    return text if text.isprintable() else ascii(text)
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

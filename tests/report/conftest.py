@@ -17,7 +17,7 @@ FEED = 0.05  # m/s
 
 
 def hexapod(x):
-    """Strut lengths of a simple octahedral hexapod hanging under its base.  (n, 6) -> (n, 6), and the joints at home."""
+    """Strut lengths of a hexapod hanging under its base.  (n, 6) -> (n, 6), and the joints at home."""
     angle = np.deg2rad([0, 0, 120, 120, 240, 240]) + np.deg2rad([-8, 8] * 3)
     base = np.c_[0.75 * np.cos(angle), 0.75 * np.sin(angle), np.zeros(6)]
     angle = np.deg2rad([-60, 60, 60, 180, 180, 300]) + np.deg2rad([8, -8] * 3)
@@ -44,7 +44,7 @@ def path(seconds, rate):
     circle = RADIUS * np.c_[np.cos(phi), np.sin(phi)]
     back = circle[::-1]
     diamond = polygon([(0.1, 0.0), (0.0, 0.1), (-0.1, 0.0), (0.0, -0.1)])
-    square = polygon([(0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1)])
+    square = polygon([(0.1, 0.0), (0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1)])
     parts = [circle, back, diamond, square]
     xy = np.concatenate(parts)
     number = np.concatenate([np.full(len(part), i + 1 if i < 2 else 0) for i, part in enumerate(parts)])
@@ -53,7 +53,7 @@ def path(seconds, rate):
     return np.c_[xy[index], np.full(len(index), HOME_Z)], number[index], line[index]
 
 
-def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="", program_name="circle-diamond-square.ngc"):
+def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="", program_name="circle-diamond.ngc"):
     rng = np.random.default_rng(seed)
     p, number, line = path(seconds, rate)
     n = len(p)
@@ -113,8 +113,8 @@ def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="",
         "simulated_time": seconds,
         "metrics": metrics,
         "circles": [
-            {"id": i + 1, "line": 12 + 3 * i, "center": [0, 0, HOME_Z], "radius": RADIUS, "normal": [0, 0, 1], "feed": FEED,
-             "ccw": i == 0}
+            {"id": i + 1, "line": 12 + 3 * i, "center": [0, 0, HOME_Z], "radius": RADIUS, "normal": [0, 0, 1],
+             "feed": FEED, "ccw": i == 0}
             for i in range(2) if (number == i + 1).any()
         ],
         "drawing": [

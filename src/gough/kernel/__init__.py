@@ -7,7 +7,11 @@
 """
 
 from gough.kernel.kernel import Kernel, KernelWarning, compile
+from gough.kernel.rows import Rows, compile_rows
 from gough.kernel.schedule import Schedule, Signal, Task, period_ticks
 from gough.kernel.simulation import Simulation, Stop
 
-__all__ = ["Kernel", "KernelWarning", "Schedule", "Signal", "Simulation", "Stop", "Task", "compile", "period_ticks"]
+__all__ = [
+    "Kernel", "KernelWarning", "Rows", "Schedule", "Signal", "Simulation", "Stop", "Task", "compile", "compile_rows",
+    "period_ticks",
+]  # fmt: skip

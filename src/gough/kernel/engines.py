@@ -87,7 +87,7 @@ class _Symbolic:
     """A casadi.Function called on ranges of the workspace."""
 
     def __init__(self, task: Task, reads, writes):
-        function = _dense(task.function)
+        function = dense(task.function)
         self._reads, self._writes = reads, writes
         self._arguments = [np.zeros(w.stop - w.start) for w in reads]
         self._results = [np.zeros(w.stop - w.start) for w in writes]
@@ -106,7 +106,7 @@ class _Symbolic:
             ws[where] = array
 
 
-def _dense(function: ca.Function) -> ca.Function:
+def dense(function: ca.Function) -> ca.Function:
     """The same function with dense inputs and outputs: its buffers then hold all entries."""
     sparsities = [function.sparsity_in(i) for i in range(function.n_in())]
     if all(s.is_dense() for s in sparsities + [function.sparsity_out(j) for j in range(function.n_out())]):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import platform
 import warnings
 from dataclasses import dataclass
 from typing import Any
 
 from gough.errors import InputError
-from gough.kernel import cache as store
-from gough.kernel import lanes as lane
-from gough.kernel import ops
+from gough.kernel.build import library, no_native, width_of
 from gough.kernel.engines import Interpreter, Native
 from gough.kernel.layout import Layout
 from gough.kernel.schedule import Schedule
@@ -73,50 +70,20 @@ def compile(schedule: Schedule, lanes: int | str = 1, cache: bool = True, native
             warnings.warn(f"{reason}: the interpreter runs it, some 25 times slower than machine code of one lane and 100 times "
                           "slower than of eight", KernelWarning, stacklevel=2)
         return Kernel(schedule, layout, 1, Interpreter(schedule, layout), native=False)
-    width = _width(lanes)
-    library, found = _library(schedule, layout, width, cache)
-    return Kernel(schedule, layout, width, Native(library), native=True, cached=found)
+    width = width_of(lanes)
+    code, found = library("run", _description(schedule), width, lambda lanes: _text(schedule, layout, lanes), cache)
+    return Kernel(schedule, layout, width, Native(code), native=True, cached=found)
 
 
 def _no_native(schedule: Schedule) -> str | None:
     plain = [task.name for task in schedule.all_tasks if not task.symbolic]
-    if plain:
-        return f"task {', '.join(plain)} is plain Python"
-    try:
-        import llvmlite.binding  # noqa: F401
-    except (ImportError, OSError) as error:
-        return f"llvmlite cannot be loaded ({error})"
-    return None
+    return f"task {', '.join(plain)} is plain Python" if plain else no_native()
 
 
-def _width(lanes: int | str) -> int:
-    if lanes == "auto":
-        return lane.native_width()
-    if lanes not in (1, 2, 4, 8):
-        raise InputError('lanes must be 1, 2, 4, 8 or "auto"', value=repr(lanes))
-    return lanes
+def _text(schedule: Schedule, layout: Layout, lanes):
+    from gough.kernel import module  # needs llvmlite
 
-
-def _library(schedule: Schedule, layout: Layout, width: int, cache: bool):
-    from gough.kernel import module, native
-
-    key = store.key_of("schedule", _description(schedule), width, native.version(), symbols_here(width))
-    found = store.load(key) if cache else None
-    if found:
-        try:
-            return native.Library(found[0], found[1]["symbols"], "run"), True
-        except RuntimeError:
-            pass  # whole and ours, and yet it does not link: compile
-    text, symbols = module.text(schedule, layout, lane.Lanes(width))
-    image = native.compile_text(text)
-    if cache:
-        store.store(key, image, {"symbols": symbols})
-    return native.Library(image, symbols, "run"), False
-
-
-def symbols_here(width: int) -> tuple:
-    """Which vector functions this machine has: part of what code depends on."""
-    return tuple(lane.vector_symbol(name, width) for name in ops.LIBM) + (platform.machine(),)
+    return module.text(schedule, layout, lanes)
 
 
 def _description(schedule: Schedule) -> tuple:

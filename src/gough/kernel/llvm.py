@@ -114,10 +114,10 @@ class _Printer:
         if op == "if_else_zero":
             self._select(n, self.condition(a), y, self.zero)
         elif op in ("fmin", "fmax"):
-            self._put(f"%w{n} = fcmp {'olt' if op == 'fmin' else 'ogt'} {v} {x}, {y}")
-            self._put(f"%u{n} = fcmp uno {v} {y}, {y}")
+            self._put(f"%w{n} = fcmp {'olt' if op == 'fmin' else 'ogt'} {v} {y}, {x}")
+            self._put(f"%u{n} = fcmp uno {v} {x}, {x}")
             self._put(f"%s{n} = or {m} %w{n}, %u{n}")
-            self._select(n, f"%s{n}", x, y)
+            self._select(n, f"%s{n}", y, x)
         elif op == "sign":
             self._put(f"%w{n} = fcmp olt {v} {x}, {self.zero}")
             self._put(f"%u{n} = fcmp ogt {v} {x}, {self.zero}")

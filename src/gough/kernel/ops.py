@@ -33,7 +33,7 @@ BINARY = {
     ca.OP_FMOD: "fmod", ca.OP_REMAINDER: "remainder",
 }  # fmt: skip
 
-# x op y == y op x to the last bit.  fmin and fmax are not among them: fmin(0, -0) is its second argument.
+# x op y == y op x to the last bit.  fmin and fmax are not among them: fmin(0, -0) is its first argument, as in glibc.
 COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or", "hypot"}
 LOGICAL = {"lt", "le", "eq", "ne", "not", "and", "or"}  # the result is 0 or 1
 
@@ -81,8 +81,8 @@ _ARITHMETIC = {
     "and": lambda x, y: np.float64(x != 0 and y != 0),
     "or": lambda x, y: np.float64(x != 0 or y != 0),
     "if_else_zero": lambda x, y: np.float64(0.0) if x == 0 else y,
-    "fmin": lambda x, y: x if x < y or y != y else y,
-    "fmax": lambda x, y: x if x > y or y != y else y,
+    "fmin": lambda x, y: y if y < x or x != x else x,
+    "fmax": lambda x, y: y if y > x or x != x else x,
     "copysign": np.copysign,
 }
 

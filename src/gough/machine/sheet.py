@@ -113,8 +113,9 @@ def schema_problems(found: Any, expected: str) -> list[Problem]:
         return [Problem("a version of this file that is not known", key="schema", value=ascii(found), cure=cure)]
     other = {"gough-machine": "a data sheet of a machine", "gough-experiment": "an experiment"}
     name = other.get(found.rpartition("-")[0]) if isinstance(found, str) else None
-    rule = f"this is {name}, not {other[stem]}" if name else f"must be {expected!r}"
-    return [Problem(rule, key="schema", value=ascii(found), cure=f'write schema = "{expected}"')]
+    if name:
+        return [Problem(f"this is {name}, not {other[stem]}", key="schema", cure="gough check tells what a file is")]
+    return [Problem("no such schema", key="schema", value=ascii(found)[:60], cure=f'write schema = "{expected}"')]
 
 
 def source_problems(document: Document) -> list[Problem]:

@@ -1,6 +1,6 @@
 """Ellipses by arc length, many at a time; the methods are those of segments.py.
 
-    p(phi) = c + a cos(phi) e1 + b sin(phi) e2,   a >= b,      ds/dphi = a sqrt(1 - k cos^2 phi),   k = 1 - (b/a)^2   (1)
+    p(phi) = c + a cos(phi) e1 + b sin(phi) e2,   a >= b,      ds/dphi = a sqrt(1 - k cos^2 phi),   k = 1 - (b/a)^2  (1)
     s(phi) = a (E(phi - pi/2 | k) - E(phi_0 - pi/2 | k))       E: incomplete elliptic integral, second kind (2)
 
 phi of a given s is found by Newton's method on (2): its derivative (1) lies between b and a, never zero.

@@ -11,6 +11,7 @@ R_WT = R_WO R(abc).  The angles a b c stay those of the program; `pose_angles` g
 from __future__ import annotations
 
 from collections.abc import Iterable
+
 import numpy as np
 
 from ..errors import ProgramError

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..frames import abc_rate_matrix_dot_np, abc_rate_matrix_np
-from .feed import Feed
 from .blocks import REST
+from .feed import Feed
 from .path import Path
 from .segments import norm, rotated
 

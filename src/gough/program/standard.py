@@ -26,7 +26,8 @@ class _Points(Quantity):
     def check(self, raw, from_file):
         value = np.array(self._si(raw, from_file), float)
         if value.ndim != 2 or value.shape[1] != 3 or len(value) < 2:
-            raise InputError("must be two or more points of x y z", value=" x ".join(map(str, value.shape)) or "one number")
+            shape = " x ".join(map(str, value.shape)) or "one number"
+            raise InputError("must be two or more points of x y z", value=shape)
         if not np.isfinite(value).all():
             raise InputError("must be finite")
         value.setflags(write=False)

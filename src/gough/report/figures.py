@@ -14,11 +14,24 @@ import numpy as np
 
 from .. import log_text
 from ..errors import LogError
-from ..files import slug, write_atomic
+from ..files import write_atomic
 from ..log import Log
+from ..names import slug
 from . import style
 from .prepare import (
-    Scale, as_logs, circles, human, labels, magnification, magnified, plane_of, reversals, scale_for, spans, thin, tip,
+    as_logs,
+    circles,
+    human,
+    labels,
+    magnification,
+    magnified,
+    path_rows,
+    plane_of,
+    reversals,
+    scale_for,
+    spans,
+    thin,
+    tip,
 )
 
 DPI = 150
@@ -31,19 +44,20 @@ def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
     for log in logs:
         _need(log, "contour_error")
     scale = scale_for(np.concatenate([log["contour_error"] for log in logs]), "m")
+    drawn: list[Any] = []
     top = 0.0
     for log, name in zip(logs, labels(logs), strict=True):
         error = scale.times * log["contour_error"]
         rows = thin(error)
-        ax.plot(log.t[rows], error[rows], label=human(name), linewidth=0.8)
+        drawn += ax.plot(log.t[rows], error[rows], label=style.verbatim(human(name)), linewidth=0.8)
         finite = error[np.isfinite(error)]
         top = max(top, float(finite.max()) if finite.size else 0.0)
     _uncounted(logs[0], ax)
     for i, log in enumerate(logs):
         times = [entry["time"] for entry in reversals(log)]
         level = -(0.04 + 0.045 * i) * (top or 1.0)
-        ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, color=f"C{i}"
-                if ax.get_figure() is None else ax.lines[i].get_color(), markeredgewidth=0.8)
+        ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, markeredgewidth=0.8,
+                color=drawn[i].get_color())
     title = f"Contour error: {log_text.title(logs[0])}" if len(logs) == 1 else "Contour error"
     style.label(ax, title, "time [s]", f"contour error [{scale.unit}]")
     style.legend(ax, loc="upper right", ncols=max(1, len(logs)))
@@ -62,7 +76,7 @@ def path(log: Log, ax: Any = None) -> Any:
     p = tip(log)
     plane = plane_of([p])
     error = log["contour_error"]
-    rows = thin(error)
+    rows = path_rows(error)
     scale = scale_for(error, "m")
     length = scale_for(p[:, [plane.first, plane.second]], "m")
     xy = length.times * p[rows][:, [plane.first, plane.second]]
@@ -104,20 +118,23 @@ def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None)
     length = scale_for([radius], "m")
     turn = np.linspace(0, 2 * np.pi, 361)
     ring = length.times * radius
-    division = Scale(*scale_for([0.15 * radius / times], "m"))
-    for part in (-2, -1, 1, 2):  # rings of one and two tenths of the radius: the scale of the error
+    step = 0.1 * radius / times
+    division = scale_for([step], "m")
+    for part in (-3, -2, -1, 1, 2, 3):  # rings every tenth of the radius: the scale of the error
         r = ring * (1 + 0.1 * part)
         ax.plot(r * np.cos(turn), r * np.sin(turn), color="#e3e7eb", linewidth=0.7)
-    ax.plot(ring * np.cos(turn), ring * np.sin(turn), color=style.INK, linewidth=1.0, label="reference")
+        if part in (-2, 2):
+            ax.annotate(f"{part * division.times * step:+.3g} {division.unit}", (0.7071 * r, 0.7071 * r), fontsize=8,
+                        color="#5a646e", ha="center", va="center")
+    ax.plot(ring * np.cos(turn), ring * np.sin(turn), color=style.INK, linewidth=1.0, label="programmed circle")
     for i, (name, c) in enumerate(found):
         x, y = magnified(c, times)
         rows = thin(c.error)
-        ax.plot(length.times * x[rows], length.times * y[rows], label=human(name), linewidth=0.9,
+        ax.plot(length.times * x[rows], length.times * y[rows], label=style.verbatim(human(name)), linewidth=0.9,
                 color=style.COLOURS[i % len(style.COLOURS)])
     ax.set_aspect("equal", adjustable="datalim")
-    ring_text = f"one ring = {0.1 * radius / times * division.times:.3g} {division.unit}"
-    title = f"Circle {number}: radial error × {times:g}, outside +, {ring_text}"
-    style.label(ax, title, f"right [{length.unit}]", f"up [{length.unit}]")
+    text = f"Circle {number}: radial error × {times:g}, outside +"
+    style.label(ax, text, f"{found[0][1].axes[0]} [{length.unit}]", f"{found[0][1].axes[1]} [{length.unit}]")
     style.legend(ax, loc="center")
     _failed(logs, ax)
     return ax
@@ -130,7 +147,7 @@ def forces(log: Log, ax: Any = None) -> Any:
 
 def velocities(log: Log, ax: Any = None) -> Any:
     """Velocities of the struts over time, by differences of their true lengths."""
-    return _joints(log, ax, "q", _rate, "m/s", "Strut velocities", "velocity")
+    return _joints(log, ax, "q", rate, "m/s", "Strut velocities", "velocity")
 
 
 def tracking(log: Log, ax: Any = None) -> Any:
@@ -179,10 +196,9 @@ def rate(log: Log) -> np.ndarray:
     return np.gradient(q, log.t, axis=0) if len(q) > 1 else np.zeros_like(q)
 
 
-_rate = rate
-
-
-def _joints(log: Log, ax: Any, needed: str, values: Callable[[Log], np.ndarray], unit: str, title: str, what: str) -> Any:
+def _joints(
+    log: Log, ax: Any, needed: str, values: Callable[[Log], np.ndarray], unit: str, title: str, what: str
+) -> Any:
     _need(log, needed)
     ax = ax or style.new_axes()
     data = values(log)
@@ -208,7 +224,7 @@ def _failed(logs: list[Log], ax: Any) -> None:
     failed = [log for log in logs if log.failed]
     if failed:
         reason = failed[0].reason if len(failed[0].reason) < 90 else failed[0].reason[:87] + "..."
-        ax.text(0.01, 0.02, f"FAILED: {reason}".replace("$", r"\$"), transform=ax.transAxes, color="#b00020",
+        ax.text(0.01, 0.02, style.verbatim(f"FAILED: {reason}"), transform=ax.transAxes, color="#b00020",
                 fontsize=9, weight="bold")
 
 

@@ -1,7 +1,8 @@
-"""What both the figures and the page need from logs: names, units for the eye, thinned rows, circles, the plane of a path."""
+"""What figures and page both need from logs: names, units for the eye, thinned rows, circles, planes."""
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -38,13 +39,13 @@ def labels(logs: Sequence[Log]) -> list[str]:
     count, seen, out = Counter(names), Counter(), []
     for name in names:
         seen[name] += 1
-        out.append(f"{name} {seen[name]}" if count[name] > 1 else name)
+        out.append(f"{name}_{seen[name]}" if count[name] > 1 else name)
     return out
 
 
 def human(name: str) -> str:
-    """ "computed_torque" -> "computed torque"."""
-    return name.replace("_", " ")
+    """ "computed_torque" -> "computed torque", "pid" -> "PID"."""
+    return re.sub(r"\bpid\b", "PID", name.replace("_", " "))
 
 
 def thin(y: np.ndarray, limit: int = LIMIT) -> np.ndarray:
@@ -146,7 +147,7 @@ class Circle(NamedTuple):
     feed: float
     angle: np.ndarray
     error: np.ndarray
-    rows: np.ndarray
+    axes: tuple[str, str]  # of W, to the right and up on the paper, nearly
 
 
 def circles(log: Log) -> list[Circle]:
@@ -158,25 +159,35 @@ def circles(log: Log) -> list[Circle]:
         rows = np.flatnonzero(number == entry["id"])
         if not len(rows):
             continue
-        e1, e2 = _axes(np.asarray(entry["normal"], float))
+        e1, e2, axes = _axes(np.asarray(entry["normal"], float))
         r = p[rows] - np.asarray(entry["center"], float)
         angle = np.arctan2(r @ e2, r @ e1)
         out.append(
             Circle(int(entry["id"]), int(entry.get("line") or 0), float(entry["radius"]), float(entry.get("feed") or 0),
-                   angle, log["radial_error"][rows], rows)
+                   angle, log["radial_error"][rows], axes)
         )
     return out
 
 
-def _axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Right and up on the paper for a circle seen from the positive side of the axis its normal is nearest to."""
+# right on the paper for a circle seen against the x, y or z axis, so that z is up where it can be
+_RIGHT = (((0, 1, 0), ("+y", "+z")), ((-1, 0, 0), ("-x", "+z")), ((1, 0, 0), ("+x", "+y")))
+
+
+def _axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Right and up on the paper, and their names, for a circle seen against the axis its normal is nearest to."""
     main = int(np.argmax(np.abs(normal)))
     normal = normal * np.sign(normal[main]) / np.linalg.norm(normal)
-    right = np.eye(3)[1 if main == 0 else 0]
+    right, names = _RIGHT[main]
+    right = np.asarray(right, float)
     right = right - right @ normal * normal
     right /= np.linalg.norm(right)
-    up = np.cross(normal, right)
-    return right, up
+    return right, np.cross(normal, right), names
+
+
+def path_rows(error: np.ndarray) -> np.ndarray:
+    """Rows of a path to draw, at most LIMIT: half for its shape, evenly, half for its errors, their extremes kept."""
+    even = np.linspace(0, len(error) - 1, min(len(error), LIMIT // 2)).astype(int)
+    return np.union1d(even, thin(error, LIMIT // 2))
 
 
 def magnification(radius: float, errors: Iterable[np.ndarray]) -> float:

@@ -46,7 +46,9 @@ def new_axes(size: tuple[float, float] | None = None) -> Any:
 def label(ax: Any, title: str, x: str, y: str) -> None:
     """Title and axis labels in the style's sizes."""
     style = _style()
-    ax.set_title(title, loc="left", fontsize=style["axes.titlesize"], weight=style["axes.titleweight"], color=INK)
+    ax.set_title(
+        verbatim(title), loc="left", fontsize=style["axes.titlesize"], weight=style["axes.titleweight"], color=INK
+    )
     ax.set_xlabel(x, fontsize=style["axes.labelsize"], color=style["axes.labelcolor"])
     ax.set_ylabel(y, fontsize=style["axes.labelsize"], color=style["axes.labelcolor"])
 
@@ -55,3 +57,8 @@ def legend(ax: Any, **options: Any) -> None:
     """A legend in the style's size."""
     style = _style()
     ax.legend(fontsize=style["legend.fontsize"], frameon=style["legend.frameon"], **options)
+
+
+def verbatim(text: str) -> str:
+    """A text from outside for matplotlib: a dollar is a dollar, not the start of a formula."""
+    return text.replace("$", r"\$")

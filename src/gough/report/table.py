@@ -13,7 +13,7 @@ NONE = "–"
 
 
 class Row(NamedTuple):
-    """One line of the table: a label and a text with unit for each log; `best` counts the columns with the best value."""
+    """One line of the table: a label and a text with unit for each log; `best` are the columns with the best value."""
 
     label: str
     values: tuple[str, ...]
@@ -69,7 +69,7 @@ def heads(logs: Log | Iterable[Log]) -> list[str]:
 
 
 def number(log: Log, path: Sequence[str]) -> float | None:
-    """A number of the metrics, or of the info where the path begins with "info".  None if it is not there or not finite.
+    """A number of the metrics, or of the info where the path begins with "info"; None if not there or not finite.
 
     Of a list of numbers it is the largest.
     """

@@ -1,0 +1,41 @@
+# make demo    makes .venv, installs gough, runs the main example, says where the report is
+# make test    the tests; make check: lint and the quick tests; make test-all: with the long campaigns
+# make bench   timings beside CasADi's interpreter, written to docs/performance.md
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+WORKERS ?= $(shell nproc)
+
+.PHONY: demo test check test-all bench lint clean
+
+$(VENV)/installed: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --upgrade pip
+	$(BIN)/pip install --quiet -c constraints.txt -e .
+	touch $@
+
+$(VENV)/developed: $(VENV)/installed
+	$(BIN)/pip install --quiet -c constraints.txt -e ".[dev]"
+	touch $@
+
+demo: $(VENV)/installed
+	$(BIN)/gough run examples/01_circle_diamond_square.toml
+
+lint: $(VENV)/developed
+	$(BIN)/ruff check .
+
+check: lint
+	$(BIN)/pytest -q -n $(WORKERS) -m "not slow and not full"
+
+test: $(VENV)/developed
+	$(BIN)/ruff check .
+	$(BIN)/pytest -q -n $(WORKERS) -m "not slow"
+
+test-all: $(VENV)/developed
+	$(BIN)/pytest -q -n $(WORKERS)
+
+bench: $(VENV)/developed
+	$(BIN)/python -m bench
+
+clean:
+	rm -rf $(VENV) results

@@ -1,0 +1,5 @@
+"""python -m gough"""
+
+from .cli import main
+
+main()

@@ -1,0 +1,188 @@
+"""The command line: what can be asked, and how it ends.
+
+    gough run FILE       simulate an experiment or an NC program, write logs and a report
+    gough check FILE     find every mistake of an experiment, a data sheet or an NC program
+    gough report LOG...  the report of logs that are there
+    gough machines, show, new
+
+Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in cli_run,
+cli_check, cli_show; they are imported when they are called, so that `gough --help` stays quick.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from . import __version__
+from .cli_end import Interrupted, Outcome, finish
+
+app = typer.Typer(
+    name="gough",
+    help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
+    epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout; everything else goes to stderr.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no table.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+Out = Annotated[Path | None, typer.Option("--out", "-o", help="Results folder.  [default: results/NAME]")]
+Force = Annotated[bool, typer.Option("--force", help="Write into a folder that holds other files.")]
+MachineName = Annotated[
+    str | None,
+    typer.Option("--machine", "-m", help="A library machine or a data sheet (.toml), instead of the file's."),
+]
+ControllerNames = Annotated[
+    list[str] | None,
+    typer.Option("--controller", "-c", help="Controllers to run, instead of the file's; may be repeated."),
+]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"gough {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def gough(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(rich_help_panel="Simulate")
+def run(
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) or an NC program (.ngc).")],
+    machine: MachineName = None,
+    controller: ControllerNames = None,
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    seed: Annotated[int | None, typer.Option("--seed", help="Of the noise, instead of the file's.")] = None,
+    quiet: Quiet = False,
+    strict: Annotated[bool, typer.Option("--strict", help="A warning is an error.")] = False,
+    debug: Debug = False,
+) -> int:
+    """Run an experiment; write its logs, plots and report."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_run import run_file
+
+        run_file(file, machine, controller or (), seed, out, force, quiet or json, strict, outcome)
+
+    return finish("run", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def check(
+    file: Annotated[Path, typer.Argument(help="An experiment, a data sheet (.toml) or an NC program (.ngc).")],
+    machine: MachineName = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Find every mistake of a file, without running it."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_check import check_file
+
+        check_file(file, machine, quiet, outcome)
+
+    return finish("check", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def report(
+    logs: Annotated[list[Path], typer.Argument(help="Logs (.nc) to put side by side.")],
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Write the report of logs that are there."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_run import report_logs
+
+        report_logs(logs, out, force, quiet or json, outcome)
+
+    return finish("report", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def machines(json: Json = False, debug: Debug = False) -> int:
+    """List the machines of the library."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_show import list_machines
+
+        list_machines(outcome)
+
+    return finish("machines", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def show(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).")],
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """Show a machine: every number with its unit, meaning and source."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_show import show_machine
+
+        show_machine(machine, outcome)
+
+    return finish("show", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def new(
+    what: Annotated[str, typer.Argument(help="machine or experiment.", metavar="machine|experiment")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """Write a commented file to start from."""
+
+    def work(outcome: Outcome) -> None:
+        from .cli_new import write_template
+
+        write_template(what, out, force, outcome)
+
+    return finish("new", work, json, debug)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """What the command `gough` does.  Ends by SystemExit."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    signal.signal(signal.SIGTERM, _terminate)
+
+    def call(_outcome: Outcome) -> int:
+        return app(arguments, prog_name="gough", standalone_mode=False)
+
+    sys.exit(finish(None, call, "--json" in arguments, "--debug" in arguments))
+
+
+def _terminate(_number: int, _frame: object) -> None:
+    raise Interrupted("terminated")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,85 @@
+"""gough check: every mistake of a file, found without running it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .cli_end import Outcome
+from .errors import ExperimentError, InputError, SheetError
+from .experiment import SUFFIXES, Experiment, experiment_of, load_experiment
+from .files import Document, read_toml
+from .machine import sheet
+
+
+def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -> None:
+    """Say what a file is and that it is right, or raise what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        with every mistake.
+    RunError
+        the path of the tool leaves what the machine can do.
+    """
+    if file.suffix.lower() in SUFFIXES:
+        kind, told = _nc_program(file, machine)
+    elif file.suffix.lower() == ".toml":
+        kind, told = _toml(read_toml(file), machine)
+    else:
+        raise ExperimentError(
+            "cannot be checked", file=str(file), cure=f"give a .toml file or an NC program ({', '.join(SUFFIXES)})"
+        )
+    outcome.data.update(file=str(file), kind=kind, **told)
+    if not quiet:
+        parts = ", ".join(f"{_LABELS.get(key, key)} {_text(key, value)}" for key, value in told.items())
+        outcome.say(f"{file}: {kind}, no mistakes; {parts}")
+
+
+_LABELS = {"machine_kind": "kind"}
+_UNITS = {"duration": "s", "length": "m"}
+
+
+def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
+    from .program import load_program
+
+    program = load_program(file)
+    if machine is None:
+        return "NC program", {"length": round(float(program.path().length), 6)}
+    motion = program.plan(sheet.load_machine(machine))
+    return "NC program", {"machine": machine, "duration": round(float(motion.duration), 3)}
+
+
+def _toml(document: Document, machine: str | None) -> tuple[str, dict[str, Any]]:
+    if _is_sheet(document):
+        try:
+            found = sheet.machine_of(document)
+        except InputError as error:
+            raise SheetError(problems=error.problems) from None
+        return "data sheet", {"machine": found.name, "machine_kind": found.kind, "numbers": len(found.theta)}
+    experiment = load_experiment(document.path, machine) if machine else experiment_of(document)
+    return "experiment", _experiment(experiment)
+
+
+def _experiment(experiment: Experiment) -> dict[str, Any]:
+    try:
+        motion = experiment.program.plan(experiment.machine)
+    except InputError as error:
+        raise experiment.document.locate(error, "program") from None
+    return {
+        "machine": experiment.machine.name,
+        "controllers": [controller.kind for controller in experiment.controllers],
+        "duration": round(float(motion.duration), 3),
+    }
+
+
+def _is_sheet(document: Document) -> bool:
+    """Told by the schema; without one by what only a sheet has."""
+    schema = document.data.get("schema")
+    if isinstance(schema, str) and schema.startswith(("gough-machine", "gough-experiment")):
+        return schema.startswith("gough-machine")
+    return "kind" in document.data or "platform" in document.data
+
+
+def _text(key: str, value: Any) -> str:
+    return " and ".join(value) if isinstance(value, list) else f"{value} {_UNITS.get(key, '')}".strip()

@@ -1,0 +1,105 @@
+"""How every command ends: its JSON object or its error lines, and its exit status."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from .errors import ExperimentError, GoughError
+from .names import printable
+
+INTERRUPTED = 130
+
+
+class Interrupted(KeyboardInterrupt):
+    """SIGTERM, which ends a command as Ctrl-C does."""
+
+
+class Outcome:
+    """What a command has to say: lines for people as it goes, fields of the JSON object, and whether it failed."""
+
+    def __init__(self, command: str | None, as_json: bool):
+        self.as_json = as_json
+        self.data: dict[str, Any] = {"schema": f"gough-{command}-1", "status": "done", "error": None}
+
+    def say(self, *lines: Any) -> None:
+        """Print for people, on stdout; with --json on stderr."""
+        for line in lines:
+            print(line, file=sys.stderr if self.as_json else sys.stdout, flush=True)
+
+    def fail(self, error: GoughError) -> None:
+        """The command did what it could, and the run failed."""
+        self.data.update(status="failed", error=error.to_json())
+        tell(error)
+
+
+def finish(command: str | None, work: Callable[[Outcome], Any], as_json: bool, debug: bool) -> int:
+    """Do the work of a command and return the exit status.
+
+    `command` None stands for reading the arguments: then the work returns the status of the command it called.
+    """
+    outcome = Outcome(command or "error", as_json)
+    try:
+        status = work(outcome)
+        if command is None:
+            return status if isinstance(status, int) else 0
+        status = 0 if outcome.data["status"] == "done" else 1
+    except GoughError as error:
+        if debug:
+            traceback.print_exc()
+        tell(error)
+        status = error.exit_status
+        outcome.data.update(status="error" if status == 2 else "failed", error=error.to_json())
+    except KeyboardInterrupt as error:
+        if debug:
+            traceback.print_exc()
+        text = "terminated" if isinstance(error, Interrupted) else "interrupted"
+        print(f"gough: {text}; nothing was written", file=sys.stderr, flush=True)
+        status = INTERRUPTED
+        outcome.data.update(status="failed", error={"code": "Interrupted", "problems": [{"rule": text}]})
+    except BrokenPipeError:  # `gough show ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
+    except Exception as error:
+        usage = getattr(error, "format_message", None)
+        if usage is not None and hasattr(error, "show"):  # typer: the arguments are wrong
+            error.show()
+            status = getattr(error, "exit_code", 2)
+            outcome.data.update(status="error", error=ExperimentError(usage()).to_json())
+        else:
+            if debug:
+                traceback.print_exc()
+            rule = f"this is a bug in gough: {type(error).__name__}: {error}"
+            print(printable(rule) + ("" if debug else "; --debug shows where"), file=sys.stderr)
+            status = 1
+            outcome.data.update(status="failed", error={"code": "Bug", "problems": [{"rule": rule}]})
+    if as_json:
+        print(json.dumps(plain(outcome.data), allow_nan=False))
+        sys.stdout.flush()
+    if status == INTERRUPTED and threading.active_count() > 1:
+        os._exit(status)  # a thread in compiled code would keep the process for as long as its chunk lasts
+    return status
+
+
+def tell(error: GoughError) -> None:
+    """The lines of an error, on stderr."""
+    for problem in error.problems:
+        print(printable(str(problem)), file=sys.stderr)
+    sys.stderr.flush()
+
+
+def plain(value: Any) -> Any:
+    """`value` for JSON: numbers that are not finite are null."""
+    if isinstance(value, dict):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, str | int | bool | None) else str(value)

@@ -1,0 +1,157 @@
+"""gough new: files to start from, with every key explained.  `gough check` accepts them as they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .cli_end import Outcome
+from .errors import ExperimentError, did_you_mean
+from .files import write_atomic
+
+MACHINE = """\
+# A hexapod of one's own: six struts between a base and a platform that carries the tool.
+#
+# Frames.  W is fixed in the base.  T is the tool: its origin is the tip, its third axis points from the tip to the
+# spindle.  A pose is x y z a b c with R_WT = Rz(c) Ry(b) Rx(a).
+# Quantities are texts with a unit, "150 kg"; arrays are { unit = "m", value = [...] }.
+schema = "gough-machine-1"
+name   = "my-hexapod"            # ASCII letters, digits and . _ -
+kind   = "hexapod"
+gravity = { unit = "m/s2", value = [0, 0, -9.81] }             # in W
+
+[platform]                       # platform and spindle, one rigid body
+mass    = "120 kg"
+center  = { unit = "m", value = [0, 0, 0.30] }                 # centre of mass, in T
+inertia = { unit = "kg m2", value = [[5, 0, 0], [0, 5, 0], [0, 0, 6]] }  # about it, axes of T
+
+[joints]
+base = { unit = "m", value = [    # strut 1 to 6 at the base, in W
+    [-0.1455, 0.6847, 1.0],
+    [0.1455, 0.6847, 1.0],
+    [-0.5202, -0.4684, 1.0],
+    [-0.6657, -0.2163, 1.0],
+    [0.6657, -0.2163, 1.0],
+    [0.5202, -0.4684, 1.0],
+] }
+platform = { unit = "m", value = [ # strut 1 to 6 at the platform, in T
+    [-0.1262, 0.1802, 0.25],
+    [0.1262, 0.1802, 0.25],
+    [-0.0930, -0.1994, 0.25],
+    [-0.2192, 0.0192, 0.25],
+    [0.2192, 0.0192, 0.25],
+    [0.0930, -0.1994, 0.25],
+] }
+# base_axis = { unit = "1", value = [[1, 0, 0], ...] }          # axis of each universal joint that is fixed in the base
+
+# [tool]                         # if joints and platform are measured in a frame P of the platform instead of T
+# position = { unit = "m", value = [0, 0, -0.25] }             # tool tip, in P
+# angles   = ["0 deg", "0 deg", "0 deg"]                       # a b c of R_PT
+
+[strut.moving]                   # the part of each strut that hangs on the platform joint; leave out: no mass
+mass       = "15 kg"
+center     = "0.30 m"            # from the platform joint, along the strut
+transverse = "0.6 kg m2"         # inertia across the strut, about its centre of mass
+# axial    = "0.01 kg m2"        # about the strut's axis; needs joints.base_axis
+
+[strut.fixed]                    # the part that hangs on the base joint
+mass       = "35 kg"
+center     = "0.15 m"            # from the base joint
+transverse = "0.8 kg m2"
+
+[drive]
+lead         = "20 mm"           # travel a turn of the screw
+inertia      = "1.5e-3 kg m2"    # motor and screw
+torque_limit = "30 N m"
+encoder      = "0.5 um"          # resolution, at the joint
+# noise      = "0.1 um"          # of the encoder, standard deviation
+# delay      = 1                 # samples between a command and its force, 0 or 1
+
+[friction]                       # of each strut: one value, or a list of six; leave out for none
+kind    = "stribeck"             # or "lugre", with stiffness and damping of its bristles
+coulomb = "150 N"
+viscous = "300 N s/m"
+# static    = "190 N"            # breakaway, and the speed at which it fades
+# stribeck  = "2 mm/s"
+# smoothing = "1 mm/s"           # speed below which friction fades, for "stribeck"
+# stiffness = "1e8 N/m"          # for "lugre"
+# damping   = "1e5 N s/m"        # for "lugre"
+
+[limits]
+length    = ["0.70 m", "1.15 m"] # shortest and longest strut, joint to joint
+cone      = "45 deg"             # greatest angle of a joint from its direction at home
+# condition = 100                # greatest condition number of the Jacobian
+# determinant = 1e-3             # its least determinant, as a fraction of home's
+workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
+
+[feed]                           # what the tool is driven at when a program does not say
+rapid                = "12 m/min"
+acceleration         = "2 m/s2"
+angular_rate         = "20 deg/s"
+angular_acceleration = "200 deg/s2"
+
+[home]
+pose = ["0 mm", "0 mm", "0 mm", "0 deg", "0 deg", "0 deg"]     # x y z a b c at rest; zero of an NC program
+
+[source]                         # where the numbers are from, for those who come later
+"platform.mass" = "chosen: replace by the scale's reading"
+"joints" = "chosen: replace by the drawing's numbers"
+"""
+
+EXPERIMENT = """\
+# An experiment: one machine, one program, one or more controllers side by side.
+#     gough check FILE      finds every mistake
+#     gough run FILE        writes logs, plots and the report to results/
+schema = "gough-experiment-1"
+
+[machine]                        # what the controllers believe
+use = "nist-octahedral"          # a name of `gough machines`, or a path such as "my-hexapod.toml"
+# "platform.mass" = "310 kg"     # any key of the sheet, changed
+
+[plant]                          # what is true and nobody told the controllers; leave out if all is as believed
+"friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
+# payload = "20 kg"              # carried by the platform
+# wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
+
+[program]                        # an NC program ...
+# file   = "part.ngc"            # relative to this file
+kind   = "circle"                # ... or a curve: circle, ellipse, line, polyline
+radius = "50 mm"
+feed   = "3 m/min"
+# origin = ["0 mm", "0 mm", "0 mm", "0 deg", "0 deg", "0 deg"]  # pose of program zero in W; else the machine's home
+
+[[controller]]
+kind      = "pid"                # cascade of each joint, as machine tools ship it
+bandwidth = "10 Hz"
+
+[[controller]]
+kind      = "computed_torque"    # inverse dynamics and PID on the tool's pose
+bandwidth = "10 Hz"
+
+[run]
+period    = "1 ms"               # of the controllers
+seed      = 0                    # of the encoder's noise
+# substeps  = 4                  # steps of the plant a period; else chosen from its fastest pole
+# log_every = 1                  # rows of the log: one of so many samples; metrics use all
+# signals   = ["x", "x_r", "contour_error", "line"]            # variables of the log; else all
+"""
+
+TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT}
+
+
+def write_template(what: str, out: Path | None, force: bool, outcome: Outcome) -> None:
+    """Write a template to a file, or to stdout."""
+    if what not in TEMPLATES:
+        raise ExperimentError(
+            "nothing of this name to start from", value=ascii(what), cure=did_you_mean(what, TEMPLATES)
+        )
+    text = TEMPLATES[what]
+    if out is None:
+        outcome.data["text"] = text
+        if not outcome.as_json:
+            outcome.say(text.rstrip())
+        return
+    if out.exists() and not force:
+        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
+    write_atomic(out, text)
+    outcome.data["file"] = str(out)
+    outcome.say(f"{out} is written; next: gough check {out}")

@@ -1,0 +1,169 @@
+"""gough run, gough report: from checked input to a results folder with logs, plots and the page."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from .cli_end import Outcome
+from .cli_progress import Shown
+from .errors import ExperimentError, RunError
+from .experiment import Experiment, load_experiment
+from .files import write_atomic
+from .names import slug
+from .resolve import resolved
+from .results import results_folder
+from .together import together
+
+
+def run_file(
+    file: Path,
+    machine: str | None,
+    kinds: Iterable[str],
+    seed: int | None,
+    out: Path | None,
+    force: bool,
+    quiet: bool,
+    strict: bool,
+    outcome: Outcome,
+) -> None:
+    """Run an experiment or an NC program and write its results folder."""
+    if strict:
+        warnings.filterwarnings("error", category=UserWarning, module="gough")
+    else:
+        warnings.showwarning = _show_warning
+    experiment = load_experiment(file, machine, kinds, seed)
+    target = out or Path("results") / experiment.name
+    outcome.data.update(experiment=experiment.name, controllers=[], report=None)
+    with results_folder(target, force) as folder:
+        files = resolved(experiment)
+        for name, text in files.items():
+            write_atomic(folder / name, text)
+        try:
+            ended = _simulate(experiment, quiet)
+        except UserWarning as warning:
+            raise ExperimentError(str(warning), cure="leave out --strict to run it all the same") from None
+        errors = [error for error in ended if isinstance(error, RunError)]
+        logs = [log for log in ended if not isinstance(log, RunError)]
+        if not logs:
+            raise RunError(problems=[problem for error in errors for problem in error.problems])
+        for label, log in zip(experiment.labels, ended, strict=True):
+            if not isinstance(log, RunError):
+                log.save(folder / f"{label}.nc")
+        page = _page(logs, folder, files)
+    for label, log in zip(experiment.labels, ended, strict=True):
+        if not isinstance(log, RunError):
+            outcome.data["controllers"].append(_entry(label, log, target / f"{label}.nc"))
+    outcome.data["report"] = str(target / page)
+    for error in errors:
+        outcome.fail(error)
+    for label, log in zip(experiment.labels, ended, strict=True):
+        if not isinstance(log, RunError) and log.failed:
+            outcome.fail(RunError(log.reason or "the run failed", where=label))
+    if not quiet:
+        outcome.say(_table(logs))
+    if not outcome.as_json:
+        outcome.say(f"report: {target / page}")
+
+
+def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: bool, outcome: Outcome) -> None:
+    """Write the report of logs that are there; default beside the first."""
+    from .log import Log
+
+    logs = [Log.load(path) for path in paths]
+    target = out or Path("results") / slug("-".join(path.stem for path in paths))
+    with results_folder(target, force) as folder:
+        page = _page(logs, folder)
+    outcome.data.update(
+        controllers=[_entry(_kind(log), log, path) for log, path in zip(logs, paths, strict=True)],
+        report=str(target / page),
+    )
+    if not quiet:
+        outcome.say(_table(logs))
+    if not outcome.as_json:
+        outcome.say(f"report: {target / page}")
+
+
+def _simulate(experiment: Experiment, quiet: bool) -> list[Any]:
+    """A Log for each controller, or the RunError that left none."""
+    from .simulate.run import simulate
+
+    options = {"plant": experiment.plant, **_options(experiment)}
+    with Shown(experiment.labels, quiet) as shown:
+
+        def job(i: int):
+            def tick(done: float, total: float) -> None:
+                shown.tick(i, done, total)
+
+            def work() -> Any:
+                law = experiment.controllers[i].law
+                try:
+                    log = simulate(experiment.machine, law, experiment.program, progress=tick, **options)
+                except RunError as error:
+                    shown.end(i, "failed")
+                    return error
+                shown.end(i, "failed" if log.failed else "done")
+                return log
+
+            return work
+
+        return together([job(i) for i in range(len(experiment.controllers))], shown.stop)
+
+
+def _options(experiment: Experiment) -> dict[str, Any]:
+    run = experiment.run
+    return {name: getattr(run, name) for name in type(run).model_fields}
+
+
+def _page(logs: list, folder: Path, files: dict[str, str] | None = None) -> str:
+    """Write figures and page; the name of the page."""
+    from .report import report
+
+    return report(logs, folder, files).name
+
+
+def _entry(kind: str, log: Any, path: Path) -> dict[str, Any]:
+    metrics = log.metrics
+    return {
+        "kind": _kind(log) if _kind(log) != "log" else kind,
+        "status": log.status,
+        "contour_error": _three(metrics.get("contour_error")),
+        "orientation_error": _three(metrics.get("orientation_error")),
+        "log": str(path),
+    }
+
+
+def _kind(log: Any) -> str:
+    return str(log.info.get("controller_kind") or "log")
+
+
+def _three(errors: Any) -> dict[str, Any] | None:
+    return {name: errors.get(name) for name in ("max", "rms", "mean")} if isinstance(errors, dict) else None
+
+
+def _table(logs: list) -> str:
+    """The table of a report as text: labels to the left, one column a log, the best of each line marked."""
+    from .report.table import heads, report_table
+
+    rows = report_table(logs)
+    cells = [["", *heads(logs)]]
+    for row in rows:
+        marked = [f"{text} *" if i in row.best else f"{text}  " for i, text in enumerate(row.values)]
+        cells.append([row.label, *marked])
+    widths = [max(len(line[i]) for line in cells) for i in range(len(cells[0]))]
+    cells[0] = [f"{head}  " if i else head for i, head in enumerate(cells[0])]
+    widths = [max(w, len(c)) for w, c in zip(widths, cells[0], strict=True)]
+    lines = []
+    for line in cells:
+        text = [line[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(line[1:], widths[1:], strict=True))]
+        lines.append("  ".join(text).rstrip())
+    lines.insert(1, "-" * max(map(len, lines)))
+    return "\n".join(lines)
+
+
+def _show_warning(message: Any, category: Any, *_place: Any) -> None:
+    import sys
+
+    print(f"warning: {message}", file=sys.stderr, flush=True)

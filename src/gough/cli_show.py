@@ -1,0 +1,84 @@
+"""gough machines, gough show."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .cli_end import Outcome
+from .errors import SheetError
+from .files import read_toml
+from .machine.sheet import find, library, machine_of, source_of
+from .units import show
+
+
+def list_machines(outcome: Outcome) -> None:
+    """Name, kind and what the first comment of its sheet says."""
+    rows = []
+    for name, path in library().items():
+        document = read_toml(path, SheetError)
+        rows.append(
+            {"name": name, "kind": document.data.get("kind"), "about": _about(document.text), "path": str(path)}
+        )
+    outcome.data["machines"] = rows
+    if not outcome.as_json:
+        width = max(len(row["name"]) for row in rows)
+        outcome.say(*(f"{row['name']:{width}}  {row['kind']}  {row['about']}" for row in rows))
+
+
+def _about(text: str) -> str:
+    first = text.partition("\n")[0]
+    return first.removeprefix("#").strip() if first.startswith("#") else ""
+
+
+def show_machine(name: str, outcome: Outcome) -> None:
+    """Every number of a machine with unit, meaning and source."""
+    path = find(name)
+    document = read_toml(path, SheetError)
+    machine = machine_of(document)
+    sources = document.data.get("source", {})
+    rows = [
+        {"key": key, "value": value, "unit": unit, "meaning": meaning, "source": source_of(key, sources)}
+        for key, value, unit, meaning in numbers(machine)
+    ]
+    outcome.data.update(name=machine.name, kind=machine.kind, path=str(path), numbers=rows)
+    if outcome.as_json:
+        return
+    outcome.say(f"{machine.name}  ({machine.kind})  {path}", _about(document.text), "")
+    width = max(len(row["key"]) for row in rows)
+    for row in rows:
+        first, *more = _shown(row["value"], row["unit"])
+        outcome.say(f"{row['key']:{width}}  {first:24}  {row['meaning']}")
+        outcome.say(*(f"{'':{width}}  {line}" for line in more))
+        if row["source"]:
+            outcome.say(f"{'':{width}}  {'':24}  - {row['source']}")
+
+
+def numbers(part: Any, above: str = "") -> list[tuple[str, Any, str, str]]:
+    """(dotted key, value, unit, meaning) of every number of a part, in the order of declaration."""
+    from .declare import Part
+
+    out = []
+    specs = part.specs()
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            out += numbers(value, f"{above}{name}.")
+        elif name in specs and value is not None:
+            value = value.tolist() if isinstance(value, np.ndarray) else value
+            out.append((above + name, value, specs[name].unit, specs[name].meaning))
+    return out
+
+
+def _shown(value: Any, unit: str) -> list[str]:
+    """The lines of a number: one for a single value or a row, one a row for a matrix."""
+    units = [u.strip() for u in unit.split(",")]
+    if not isinstance(value, list):
+        return [show(value, unit, 6)]
+    if isinstance(value[0], list):
+        return [f"({len(value)} x {len(value[0])}) {unit}", *("  ".join(f"{v:12.6g}" for v in row) for row in value)]
+    units = units if len(units) == len(value) else units * len(value)
+    if len(set(units)) == 1:
+        return [f"[{', '.join(f'{v:.6g}' for v in value)}] {units[0]}"]
+    return [f"[{', '.join(show(v, u, 6) for v, u in zip(value, units, strict=True))}]"]

@@ -1,0 +1,57 @@
+"""What every control law is: numbers, `init` and `step`.
+
+    state = law.init(r0, u0)                               NumPy; u0 the joint forces at rest
+    command, state = law.step(state, r, y, theta)          symbolic and pure; theta as law.theta
+
+The first step gives u0 when r = r0 and q = q(r0): a law starts without a bump.  `r` is a program.reference.Reference,
+`y` a Measurement.  A law believes a machine (`law.machine`); what is true is the Plant's business.  Laws act on twists
+and rotation vectors, never on Euler angles.  Saturation and delay belong to the drive; a law sees them through
+Measurement.u.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import casadi as ca
+
+from ..declare import Part, quantity
+from ..machine.base import Machine, force_limit
+
+
+class Measurement(NamedTuple):
+    """What the controller is told at sample k."""
+
+    q: Any  # encoder readings, (n,) m
+    u: Any  # the force the drives really applied in the last sample, (n,) N
+
+
+class Command(NamedTuple):
+    """What the controller asks for."""
+
+    u: Any  # joint forces, (n,) N
+
+
+class Controller(Part):
+    """Base of all laws.  `machine` and `period` may be left open: the run fills them in by `on`."""
+
+    machine: Machine | None = None
+    period: float | None = quantity("s", "sample period of the law; the run's where it is left open", default=None, above=0)
+
+    def on(self, machine: Machine, period: float) -> Controller:
+        """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""
+        return self.replace(
+            machine=self.machine if self.machine is not None else machine,
+            period=self.period if self.period is not None else period,
+        )
+
+
+def saturated(machine, p, u):
+    """1 where an applied force (n,) has reached the limit of its drive, else 0; None without a limit.
+
+    `p` is the view of `machine`.  A law that integrates stops while this holds (conditional integration): it needs no
+    memory of what it asked for, so a delay in the drive does not confuse it.
+    """
+    if machine.drive.torque_limit is None:
+        return None
+    return ca.fabs(u) >= force_limit(p.drive) * (1 - 1e-9)

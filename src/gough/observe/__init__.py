@@ -1,0 +1,1 @@
+"""Observers: what cannot be measured, from what can."""

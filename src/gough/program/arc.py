@@ -1,0 +1,97 @@
+"""Arcs of NC programs, G17: from a start, an end and either the centre or the radius, to a centre and a sweep.
+
+Tolerances are LinuxCNC's: the distances of the two ends from the centre may differ by 0.1 % of the radius, but 0.028 mm
+are always allowed (2 sqrt(2) times the 0.01 mm to which CAM systems round) and more than 2.8 mm never; an arc has a
+radius of 1.27 um at least; R may be as much too small to reach.
+The path is a true arc through both ends: the centre is moved to where both are equally far, along the chord.  Where
+the ends nearly coincide that would move it too far; the arc then keeps its centre, and ends beside its end by no more
+than the tolerance (gcode.py adds the line that is missing).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..errors import ProgramError
+
+_SMALLEST = 1.27e-6  # m
+_ROUNDED = {1e-3: 2 * 0.01e-3 * math.sqrt(2), 25.4e-3: 2 * 0.001 * 0.0254 * math.sqrt(2)}  # by unit of length, m
+_RELATIVE = 1e-3
+_CLOSED = 1e-6  # rad, a smaller sweep is a full turn
+
+
+def by_center(start, end, offset, clockwise, unit):
+    """Centre (2,) m and sweep rad, > 0 counter-clockwise, of an arc with its centre at start + offset.
+
+    Raises
+    ------
+    ProgramError
+        without radius, or ends that do not lie on one circle.
+    """
+    center = (start[0] + offset[0], start[1] + offset[1])
+    first, last = math.dist(start, center), math.dist(end, center)
+    if first < _SMALLEST or last < _SMALLEST:
+        raise ProgramError("an arc of radius zero", value=_mm(min(first, last)), cure="check I and J")
+    error, allowed = abs(first - last), _ROUNDED[unit]
+    wrong = error > 100 * allowed or (error > allowed and error / max(first, last) > _RELATIVE)
+    chord = math.dist(start, end)
+    if not wrong and chord > 0:
+        # how far along the chord the centre is from being equally far from both ends
+        shift = (first * first - last * last) / (2 * chord)
+        if abs(shift) <= max(allowed, _RELATIVE * first):
+            center = tuple(c - shift * (b - a) / chord for c, a, b in zip(center, start, end, strict=True))
+    if wrong:
+        raise ProgramError(
+            "the ends of an arc must lie on one circle",
+            value=f"radius {_mm(first)} at the start, {_mm(last)} at the end",
+            cure="check X, Y, I and J; I and J count from the start of the arc",
+        )
+    return center, _sweep(start, end, center, clockwise)
+
+
+def by_radius(start, end, radius, clockwise):
+    """Centre (2,) m and sweep rad of an arc with a given radius; radius < 0: the arc of more than half a turn.
+
+    Raises
+    ------
+    ProgramError
+        the ends coincide, or the radius is too small to reach from one to the other.
+    """
+    chord = math.dist(start, end)
+    if chord == 0:
+        raise ProgramError(
+            "an arc with R cannot end where it starts", cure="write a full circle with I and J"
+        )
+    if chord / 2 - abs(radius) > _SMALLEST:
+        raise ProgramError(
+            "the radius is too small to reach the end", value=_mm(abs(radius)), cure=f"at least {_mm(chord / 2)}"
+        )
+    height = math.sqrt(max(0.0, radius * radius - chord * chord / 4))
+    # the centre of a short counter-clockwise arc lies to the left of the chord
+    left = height if (radius > 0) != clockwise else -height
+    along = ((end[0] - start[0]) / chord, (end[1] - start[1]) / chord)
+    center = (
+        (start[0] + end[0]) / 2 - left * along[1],
+        (start[1] + end[1]) / 2 + left * along[0],
+    )
+    return center, _sweep(start, end, center, clockwise)
+
+
+def end(start, center, sweep):
+    """Where an arc ends.  (2,) m."""
+    c, s = math.cos(sweep), math.sin(sweep)
+    x, y = start[0] - center[0], start[1] - center[1]
+    return center[0] + c * x - s * y, center[1] + s * x + c * y
+
+
+def _sweep(start, end, center, clockwise):
+    begin = math.atan2(start[1] - center[1], start[0] - center[0])
+    finish = math.atan2(end[1] - center[1], end[0] - center[0])
+    turn = (begin - finish if clockwise else finish - begin) % (2 * math.pi)
+    if turn < _CLOSED:
+        turn += 2 * math.pi
+    return -turn if clockwise else turn
+
+
+def _mm(value):
+    return f"{value * 1e3:.4f} mm"

@@ -1,0 +1,145 @@
+"""The parts of the page in reading order: table, path, circles, error over time, forces, machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+from typing import NamedTuple
+
+import numpy as np
+
+from ..log import Log
+from . import charts as draw
+from .prepare import human, labels, plane_of, scale_for, tip
+from .style import COLOURS
+from .table import heads, report_table
+
+MOST_CIRCLES = 12
+
+
+class Section(NamedTuple):
+    """A heading with what stands under it."""
+
+    id: str
+    heading: str
+    body: str
+
+    def html(self) -> str:
+        """The section as HTML."""
+        return f'<section id="{self.id}">\n<h2>{escape(self.heading)}</h2>\n{self.body}\n</section>'
+
+
+def build(logs: list[Log], charts: dict[str, dict]) -> Iterator[Section]:
+    """The sections that the logs have data for; their charts are added to `charts` by the id of their place."""
+    names = labels(logs)
+    yield Section("numbers", "In numbers", _table(logs))
+    for part in (_path, _circles, _contour, _forces, _machine):
+        section = part(logs, names, charts)
+        if section:
+            yield section
+
+
+def _table(logs: list[Log]) -> str:
+    head = "".join(
+        f'<th scope="col"><span class="swatch" style="background:{COLOURS[i % 6]}"></span>{escape(name)}</th>'
+        for i, name in enumerate(heads(logs))
+    )
+    rows = []
+    for row in report_table(logs):
+        cells = "".join(
+            f'<td class="{"best" if i in row.best else "bad" if value == "FAILED" else ""}">{escape(value)}</td>'
+            for i, value in enumerate(row.values)
+        )
+        rows.append(f'<tr><th scope="row">{escape(row.label)}</th>{cells}</tr>')
+    caption = "Contour error: distance of the tool tip to the programmed path, over feed moves only (G1 to G3)."
+    caption += " Bold: the better value." if len(logs) > 1 else ""
+    return (
+        f'<div class="scroll"><table><caption>{caption}</caption><thead><tr><th></th>{head}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _path(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
+    shown = [(i, log, name) for i, (log, name) in enumerate(zip(logs, names, strict=True))
+             if len(log) and "x" in log and "contour_error" in log]
+    if not shown:
+        return None
+    top = max(_top(log) for _, log, _ in shown)
+    plane = plane_of([tip(log) for _, log, _ in shown])
+    length = scale_for(np.concatenate([tip(log)[:, [plane.first, plane.second]] for _, log, _ in shown]).ravel(), "m")
+    boxes = []
+    for i, log, name in shown:
+        charts[f"path-{i}"] = draw.path(log, top, length)
+        boxes.append(_figure(f"path-{i}", f"<b>{escape(human(name))}</b>", 430))
+    note = f"Seen in the {plane.label} plane of the machine. Dark is far from the programmed path"
+    note += "; the colours mean the same in each picture." if len(shown) > 1 else "."
+    return Section("path", "Tool path coloured by contour error", _note(note) + _grid(boxes))
+
+
+def _circles(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
+    groups = draw.common_circles(logs, names)
+    boxes = []
+    for k, group in enumerate(groups[:MOST_CIRCLES]):
+        charts[f"circle-{k}"], head = draw.circle(group)
+        boxes.append(_figure(f"circle-{k}", escape(head), 430))
+    if not boxes:
+        return None
+    note = "The deviation from the programmed circle, magnified. A perfect machine draws the dark ring."
+    if len(groups) > MOST_CIRCLES:
+        note += f" The first {MOST_CIRCLES} of {len(groups)}; the logs hold all."
+    return Section("circles", "Circles", _note(note) + _grid(boxes))
+
+
+def _contour(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
+    shown = [(log, name) for log, name in zip(logs, names, strict=True) if "contour_error" in log]
+    if not shown:
+        return None
+    charts["contour"] = draw.contour([log for log, _ in shown], [name for _, name in shown])
+    note = "Ticks below zero: a strut reverses its velocity, where friction shows. Grey: not counted (rapid, dwell, "
+    note += "after the end). Drag to zoom, double-click to return."
+    return Section("contour", "Contour error over time", _note(note) + _box("contour", 400))
+
+
+def _forces(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
+    boxes = []
+    for i, (log, name) in enumerate(zip(logs, names, strict=True)):
+        if "u" in log:
+            charts[f"forces-{i}"] = draw.forces(log)
+            boxes.append(_figure(f"forces-{i}", f"<b>{escape(human(name))}</b>", 360))
+    note = "Applied by the drives, positive lengthens the strut."
+    return Section("forces", "Strut forces", _note(note) + _grid(boxes)) if boxes else None
+
+
+def _machine(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Section | None:
+    chart = draw.machine(logs[0])
+    if chart is None:
+        return None
+    charts["machine"] = chart
+    note = "At its home pose, with the tool path. Drag to turn, scroll to come nearer."
+    return Section("machine", "The machine", _note(note) + _box("machine", 560))
+
+
+def _top(log: Log) -> float:
+    """The largest counted contour error, m: what is not counted must not set the colours."""
+    error = log["contour_error"]
+    keep = np.isfinite(error)
+    if "counted" in log and (keep & (log["counted"] == 1)).any():
+        keep &= log["counted"] == 1
+    return float(error[keep].max()) if keep.any() else 0.0
+
+
+def _box(name: str, height: int) -> str:
+    return f'<div class="chart" id="{name}" style="min-height:{height}px"></div>'
+
+
+def _figure(name: str, caption: str, height: int) -> str:
+    return f"<figure><figcaption>{caption}</figcaption>{_box(name, height)}</figure>"
+
+
+def _grid(boxes: list[str]) -> str:
+    return f'<div class="grid">{"".join(boxes)}</div>'
+
+
+def _note(text: str) -> str:
+    return f'<p class="note">{text}</p>'
+

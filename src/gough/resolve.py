@@ -1,0 +1,54 @@
+"""The files that repeat a run: the experiment with nothing left open, its data sheet and its NC program beside it.
+
+Sheet and program are copied as they were read, comments and sources included; defaults and arguments of the command
+line stand in the experiment, so that a later version of gough with other defaults runs the same.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from . import __version__
+from .experiment import SCHEMA, Experiment
+from .files import LARGEST_TOML, read_text
+from .machine import sheet
+from .names import slug
+
+NAME = "experiment.toml"
+
+
+def resolved(experiment: Experiment) -> dict[str, str]:
+    """File name -> text of everything that `gough run experiment.toml` needs in a results folder.
+
+    Raises
+    ------
+    InputError
+        the sheet or the NC program is no longer there.
+    """
+    data, folder = experiment.document.data, experiment.document.path.parent
+    files: dict[str, str] = {}
+    machine = dict(data["machine"])
+    machine["use"] = _name(f"{experiment.machine.name}.toml", files)
+    files[machine["use"]] = read_text(sheet.find(data["machine"]["use"], folder), LARGEST_TOML)
+    program = dict(data["program"])
+    if "file" in program:
+        path = Path(program["file"])
+        program["file"] = _name(slug(path.stem) + path.suffix, files)
+        files[program["file"]] = experiment.program.text
+    tables: dict[str, Any] = {"schema": SCHEMA, "machine": machine}
+    if "plant" in data:
+        tables["plant"] = data["plant"]
+    tables["program"] = program
+    tables["controller"] = [{"kind": kind, **law.to_file()} for kind, law in experiment.controllers]
+    tables["run"] = experiment.run.to_file()
+    head = (
+        f"# Repeats the run of {experiment.document.path.name!a}: gough run {NAME}\n# Written by gough {__version__}.\n"
+    )
+    return {NAME: head + tomli_w.dumps(tables), **files}
+
+
+def _name(wanted: str, taken: dict[str, str]) -> str:
+    return wanted if wanted not in (NAME, *taken) else f"used-{wanted}"

@@ -1,0 +1,285 @@
+"""simulate(): a machine, a law and a program in, a Log out.
+
+The run goes in chunks of some hundredths of a second of computing: sample the reference, check it against the
+machine's limits, let the kernel simulate, measure against the programmed path, keep the rows that are logged.  Between
+chunks Ctrl-C and progress have their turn.  A run that cannot go on keeps all it has and says why.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from .. import kernel as kernels
+from ..control.base import Controller
+from ..declare import Part, quantity
+from ..errors import DivergedError, ExperimentError, RunError, did_you_mean
+from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np
+from ..kernel.pack import fields, flatten
+from ..log import Log
+from ..log_build import VARIABLES, LogBuilder
+from ..machine.base import Machine
+from ..machine.workspace import check_poses, describe
+from ..measure.contour import ContourMeter
+from ..measure.summary import Accumulator
+from ..program.base import Program
+from ..program.reference import Reference
+from . import stability, tick
+from .plant import Plant
+
+CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and calls cost nothing
+
+
+class Run(Part):
+    """How a simulation is computed: the [run] table of an experiment."""
+
+    period: float = quantity("s", "sample period of the controllers", default=1e-3, above=0, at_most=1)
+    substeps: int | None = Field(None, ge=1, le=10_000, description="steps of the plant a period; chosen where left out")
+    seed: int = Field(0, ge=0, lt=2**63, description="of the noise")
+    log_every: int = Field(1, ge=1, description="the log keeps one of so many samples; metrics use all")
+    signals: list[str] | None = Field(None, description="variables of the log; all where left out")
+
+
+def simulate(
+    machine: Machine,
+    controller: Controller,
+    program: Program,
+    plant: Plant | Machine | None = None,
+    seed: int = 0,
+    period: float = 1e-3,
+    substeps: int | None = None,
+    log_every: int = 1,
+    signals: Sequence[str] | None = None,
+    *,
+    progress: Callable[[float, float], None] | None = None,
+    on_fail: str = "return",
+    strict: bool = False,
+) -> Log:
+    """Run `program` on `plant` (default: `machine` itself) under `controller`, which believes `machine`.
+
+    `progress(simulated, total)` is called after every chunk, in seconds.  A run that leaves the machine's limits or
+    diverges ends there: its log has status "failed" and the reason; `on_fail="raise"` raises the error instead, with
+    the log as its attribute `log`.  `strict` turns the warning about an unstable loop into an error.
+
+    Returns
+    -------
+    Log
+        as CONTRACT.md 3 describes it; `log.dataset` is an xarray dataset.
+
+    Raises
+    ------
+    InputError
+        what was handed in does not fit together.
+    RunError
+        only with on_fail="raise".
+    """
+    run = Run(period=period, substeps=substeps, seed=seed, log_every=log_every, signals=None if signals is None else list(signals))
+    if on_fail not in ("return", "raise"):
+        raise ExperimentError('on_fail must be "return" or "raise"', value=repr(on_fail))
+    if isinstance(plant, Machine):
+        plant = Plant(machine=plant)
+    job = _Job(machine, controller, program, plant or Plant(machine=machine), run, strict)
+    log, error = job.run(progress)
+    if error is not None and on_fail == "raise":
+        error.log = log
+        raise error
+    return log
+
+
+class _Job:
+    """One run: what is fixed before it, and what it collects."""
+
+    def __init__(self, machine, controller, program, plant, run: Run, strict: bool):
+        self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
+        self.signals = _chosen(run.signals)
+        self.true = plant.true_machine
+        self.law = controller.on(machine, run.period)
+        self.every = kernels.period_ticks(self.law.period, run.period)
+        if self.every != 1:
+            raise ExperimentError("a law runs at the run's period", key="controller.period", value=f"{self.law.period:g} s",
+                                  cure="leave the period of the controller out, or make it that of the run")
+        self.motion = program.plan(machine)
+        self.ticks = self.motion.count(run.period)
+        self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
+        self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict)
+        self.meter = ContourMeter(self.motion)
+        self.sums = Accumulator(self.motion, run.period)
+        first = self.motion.sample(0, 1, run.period)
+        self.row = Reference(*(column[0] for column in first))
+        self.kept: list[dict[str, np.ndarray]] = []
+        self._start()
+
+    def _start(self):
+        """The plant at rest at the first reference, the law so that nothing moves."""
+        x0, d = self.row.x, len(self.believed.task)
+        if not np.array_equal(self.believed.theta, self.true.theta):  # joints as read, on the true geometry
+            x0 = self.true.forward_kinematics(self.row.q, near=x0)
+        u0 = self.true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), self.plant.wrench)
+        state = self.law.init(self.row, u0)
+        self.tick = tick.build(self.true, self.law, state, self.row, self.run_part.period, self.substeps)
+        schedule = self.tick.schedule
+        self.kernel = kernels.compile(schedule)
+        self.simulation = self.kernel.start(
+            {"theta_plant": self.true.theta, "theta_law": self.law.theta, "wrench": self.plant.wrench},
+            {
+                "z": np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]),
+                "v": np.zeros(schedule.by_name["v"].size),
+                "memory": np.zeros(schedule.by_name["memory"].size),
+                "law": flatten(state),
+                "u": u0,
+                "waiting": u0,
+            },
+            seed=self.run_part.seed,
+        )
+
+    # -- the loop -------------------------------------------------------------------------------------------------
+
+    def run(self, progress) -> tuple[Log, RunError | None]:
+        started, error, k = time.perf_counter(), None, 0
+        while k < self.ticks and error is None:
+            n = min(CHUNK, self.ticks - k)
+            reference = self.motion.sample(k, k + n, self.run_part.period)
+            good, error = self._reachable(k, reference)
+            done = self._advance(k, Reference(*(column[:good] for column in reference))) if good else 0
+            stop = self.simulation.stops[0]
+            if stop is not None:  # what happened comes before what would have happened
+                error = self._explain(stop)
+            k += done
+            if progress is not None:
+                progress(min(k, self.ticks - 1) * self.run_part.period, (self.ticks - 1) * self.run_part.period)
+        return self._log(k, time.perf_counter() - started, error), error
+
+    def _reachable(self, k: int, reference: Reference) -> tuple[int, RunError | None]:
+        """How many rows of the reference are within the machine's limits, and what is wrong with the next."""
+
+        def place(row):
+            line = int(self.motion.book(k + row, k + row + 1, self.run_part.period).line[0])
+            place.row = row
+            return f"t = {(k + row) * self.run_part.period:.6g} s" + (f", NC line {line}" if line else "")
+
+        try:
+            check_poses(self.believed, reference.x, place)
+        except RunError as error:
+            return place.row, error
+        return len(reference.x), None
+
+    def _advance(self, k: int, reference: Reference) -> int:
+        """Simulate the rows of the reference, measure and keep.  How many ticks were good."""
+        run, n = self.run_part, len(reference.x)
+        out = self.simulation.advance(n, {"reference": np.concatenate(reference, axis=1)})[:, 0]
+        n = len(out)
+        if n == 0:
+            return 0
+        reference = Reference(*(column[:n] for column in reference))
+        row = {name: out[:, columns] for name, columns in self.kernel.columns.items()}
+        book = self.motion.book(k, k + n, run.period)
+        contour = self.meter(k, k + n, run.period, row["z"])
+        self.sums.update(k, reference, book, contour, row["q"], row["u"], row["saturated"])
+        part = slice(-k % run.log_every, None, run.log_every)
+        self.kept.append(self._columns(k, part, reference, row, book, contour))
+        return n
+
+    def _columns(self, k, part, reference, row, book, contour) -> dict[str, np.ndarray]:
+        z = row["z"][part]
+        x = np.concatenate([z[:, :3], abc_of_rotation_np(rotation_of_quaternion_np(z[:, 3:]))], -1)
+        x[:, 3:] += 2 * np.pi * np.round((reference.x[part][:, 3:] - x[:, 3:]) / (2 * np.pi))  # the turn nearest the reference
+        found = {
+            "t": (np.arange(k, k + len(row["z"]))[part]) * self.run_part.period,
+            "x_r": reference.x[part], "x": x, "xd_r": reference.xd[part], "xd": row["v"][part],
+            "q_r": reference.q[part], "s_r": reference.s[part, 0],
+            "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
+            "wrench": np.broadcast_to(self.plant.wrench, (len(z), 6)),
+        }  # fmt: skip
+        found |= {name: row[name][part] for name in ("q", "q_m", "u_c", "u", "friction", "saturated")}
+        found |= {name: value[part] for name, value in contour._asdict().items()}
+        for name, where in fields(self.tick.state).items():
+            owner, values = "controller." + name, row["law"][part][:, where]
+            found[name if name.startswith("observer.") else owner] = values[:, 0] if values.shape[1] == 1 else values
+        if "memory" in row:
+            found["plant.friction_memory"] = row["memory"][part]
+        if self.signals is not None:
+            found = {name: value for name, value in found.items() if name == "t" or name in self.signals}
+        return {name: np.ascontiguousarray(value) for name, value in found.items()}
+
+    # -- what is said of it ---------------------------------------------------------------------------------------
+
+    def _explain(self, stop) -> RunError:
+        """The kernel's stop as an error of the machine."""
+        line = int(self.motion.book(stop.tick, stop.tick + 1, self.run_part.period).line[0])
+        place = f"NC line {line}" if line else None
+        if stop.reason == "not finite":
+            return DivergedError(
+                f"{stop.signal} is no longer finite", where=place, key=stop.label, value=str(stop.value), time=stop.time,
+                cure="the loop is most likely unstable: lower the bandwidth or shorten the period",
+            )  # fmt: skip
+        z = self.simulation.state("z")[0]
+        x = np.concatenate([z[:3], abc_of_rotation_np(rotation_of_quaternion_np(z[3:]))])
+        try:
+            describe(self.true, stop.label, stop.index, x, place, stop.time)
+        except RunError as error:
+            return error
+        raise AssertionError("describe() raises")
+
+    def _log(self, ticks: int, wall: float, error: RunError | None) -> Log:
+        joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in self.kept[0]} if self.kept else {}
+        builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
+        for name, values in joined.items():
+            units, meaning = _STATES.get(name, ("", ""))
+            builder.add(name, values, units=units, long_name=meaning)
+        status = "done" if error is None else "failed"
+        return builder.build(self._info(ticks, wall), status, "" if error is None else str(error))
+
+    def _info(self, ticks: int, wall: float) -> dict[str, Any]:
+        law = self.law.to_file()
+        law.pop("machine", None)
+        return {
+            "version": metadata.version("gough"),
+            "versions": {name: metadata.version(name) for name in ("numpy", "casadi", "llvmlite", "xarray", "pydantic")}
+            | {"python": platform.python_version()},
+            "machine": self.believed.to_file(),
+            "machine_name": self.believed.name,
+            "controller": law,
+            "controller_kind": self.law.kind,
+            "program": self.program.to_file() | {"name": getattr(self.program, "name", None), "text": getattr(self.program, "text", None)},
+            "plant": self.plant.to_file(),
+            "run": self.run_part.to_file() | {"substeps": self.substeps, "spectral_radius": self.radius, "native": self.kernel.native},
+            "hashes": {"machine": self.believed.digest(), "controller": self.law.digest(), "program": self.program.digest(),
+                       "plant": self.plant.digest()},
+            "wall_time": wall,
+            "simulated_time": ticks * self.run_part.period,
+            "metrics": self.sums.result(),
+            "reversals": self.sums.reversals(),
+            "circles": [circle.to_json() for circle in self.motion.path.circles],
+            "drawing": self.believed.drawing(self.believed.home),
+            "processor": _processor(),
+        }  # fmt: skip
+
+
+_STATES = {
+    "plant.friction_memory": ("m", "deflection of the friction's bristles"),
+}
+
+
+def _chosen(signals) -> set[str] | None:
+    if signals is None:
+        return None
+    wrong = [name for name in signals if name not in VARIABLES and "." not in name]
+    if wrong:
+        raise ExperimentError(f"no signal {wrong[0]!r}", key="run.signals", cure=did_you_mean(wrong[0], VARIABLES))
+    return set(signals)
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+        return f"{names[0]}, {os.cpu_count()} threads"
+    except (OSError, IndexError):
+        return platform.machine()

@@ -1,0 +1,119 @@
+"""How fine the plant must be stepped, and whether a law and its sample time go together.
+
+The plant's fastest pole is that of its linearisation at home, A = d(z', v')/d(z, v), friction at its steepest: tanh at
+v = 0, bristles with their memory held at v = 0.  RK4 is stable on the real axis for |pole| h < 2.785.
+
+A law and a period are tried together: the map of one whole sample (sense, control, drive, RK4), without friction and
+quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import casadi as ca
+import numpy as np
+
+from ..errors import ExperimentError
+from ..kernel.pack import flatten
+from . import tick
+
+RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
+COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
+
+
+class StabilityWarning(UserWarning):
+    """The closed loop of law, period and machine grows."""
+
+
+def fastest_pole(machine) -> float:
+    """Largest magnitude of the poles of the plant at home with friction, rad/s."""
+    n = machine.joints_count
+    memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
+    p, theta, z, v, mem = tick._symbols(machine, memory)
+    u = ca.SX.sym("u", n)
+    zd, vd = tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6))
+    y = ca.vertcat(z, v)
+    A = ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(ca.vertcat(zd, vd), y)])
+    z0 = _home(machine)
+    u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
+    return float(np.abs(np.linalg.eigvals(np.array(A(machine.theta, z0, np.zeros(v.shape), np.zeros(memory), u0)))).max())
+
+
+def choose_substeps(machine, period: float, given: int | None = None) -> int:
+    """Sub-steps a sample: those given, checked, or as many as the fastest pole asks for.
+
+    Raises
+    ------
+    ExperimentError
+        if the given number cannot be stable, with the number that is.
+    """
+    pole = fastest_pole(machine)
+    # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
+    needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (RK4_REAL / 3)))
+    if given is None:
+        return needed
+    h = period / given
+    if pole * h >= RK4_REAL:
+        least = math.floor(pole * period / RK4_REAL) + 1
+        raise ExperimentError(
+            f"{given} sub-steps of {h * 1e3:.4g} ms cannot follow the plant's fastest pole",
+            key="run.substeps",
+            value=f"pole x step = {pole * h:.3g}",
+            limit=f"{RK4_REAL}",
+            cure=f"give at least {least}, or leave it out for {needed}; friction.smoothing or friction.damping sets the pole",
+        )
+    return given
+
+
+def spectral_radius(machine, law, period: float, substeps: int) -> float:
+    """Of the linearised closed loop at home and rest, per sample.  `law` bound to machine and period by `on`."""
+    quiet = machine.replace(friction=None, drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None))
+    rest = tick.rest_row(quiet, quiet.home)
+    u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
+    state = law.init(rest, u0)
+    schedule = tick.build(quiet, law, state, rest, period, substeps).schedule
+    fixed = {"theta_plant": quiet.theta, "theta_law": law.theta, "wrench": np.zeros(6), "reference": flatten(rest)}
+    states = {"z": _home(quiet), "v": np.zeros(len(quiet.velocities)), "memory": np.zeros(0), "law": flatten(state), "u": u0, "waiting": u0}
+    names = [name for name, value in states.items() if np.size(value)]
+    sizes = [np.size(states[name]) for name in names]
+    symbols = [ca.MX.sym(name, size) for name, size in zip(names, sizes, strict=True)]
+    values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()} | {"memory": ca.MX(0, 1)}
+    values |= dict(zip(names, symbols, strict=True))
+    for task in (*schedule.tasks, *(schedule.substep * substeps)):
+        out = task.function(*[values[name] for name in task.reads])
+        values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
+    step = ca.Function("step", symbols, [ca.vertcat(*[values[name] for name in names])])
+    x0 = np.concatenate([np.ravel(states[name]) for name in names])
+    cut = np.cumsum(sizes)[:-1]
+    scale = 1e-6 * np.maximum(np.abs(x0), 1e-2)
+    columns = [
+        np.array(step(*np.split(x0 + d, cut)) - step(*np.split(x0 - d, cut))).ravel() / (2 * d.max()) for d in np.diag(scale)
+    ]
+    return float(np.abs(np.linalg.eigvals(np.stack(columns, -1))).max())
+
+
+def check_loop(machine, law, period: float, substeps: int, strict: bool = False) -> float:
+    """Warn (`strict`: refuse) when law and period do not go together on this machine.  The spectral radius.
+
+    Raises
+    ------
+    ExperimentError
+        only with `strict`.
+    """
+    radius = spectral_radius(machine, law, period, substeps)
+    # the integrals and the kept command sit at 1 or below; 1e-6 is ten times the error of the differences
+    if radius > 1 + 1e-6:
+        growth = math.log(2) / math.log(radius) * period
+        rule = f"{law.kind}: the loop at a period of {period * 1e3:g} ms is unstable on {machine.name}"
+        value = f"spectral radius {radius:.6g} a sample (doubles in {growth * 1e3:.3g} ms)"
+        cure = "lower the bandwidth or shorten the period"
+        if strict:
+            raise ExperimentError(rule, key="controller", value=value, limit="1", cure=cure)
+        warnings.warn(f"{rule}: {value}; {cure}", StabilityWarning, stacklevel=3)
+    return radius
+
+
+def _home(machine):
+    return np.array(ca.DM(machine.coordinates_of(ca.DM(machine.home)))).ravel()

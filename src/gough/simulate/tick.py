@@ -1,0 +1,171 @@
+"""One sample of a digital controller on a machine, as a kernel schedule.
+
+    sense     q, q' of the plant; encoder; friction, for the log
+    control   the law's step: pose and speed from the encoder, force
+    drive     delay, limit
+    plant     `substeps` times: half a step of the friction's memory with the velocity held, one RK4 step of the
+              mechanics with the memory held, half a step of the memory (Strang); then the quaternion is normalised
+    limits    stroke, cones, det J
+
+The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact (mechanics/friction.py).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ..control.base import Controller, Measurement
+from ..frames import rotation_of_abc_np
+from ..kernel import Schedule, Signal, Task
+from ..kernel.pack import flatten, names, symbols, unflatten
+from ..machine.base import Machine
+from ..mechanics.linear import solve_spd
+from ..program.reference import Reference
+from .drive import drive, encoder
+
+
+class Tick(NamedTuple):
+    """The schedule of one tick and what is needed to start it."""
+
+    schedule: Schedule
+    state: NamedTuple  # the law's first state
+    template: Reference  # a row of the reference, by name
+
+
+LOGGED = ("z", "v", "q", "q_m", "u_c", "u", "friction", "saturated")
+
+
+def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Tick:
+    """The schedule for the true `machine` under `law` whose first state is `state`.
+
+    `reference` is any row; only its sizes matter.
+    """
+    n, v_count = machine.joints_count, len(machine.velocities)
+    memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
+    noisy = machine.drive.noise is not None
+    z_count = machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0]
+    sizes = {"z": z_count, "v": v_count}
+    signals = [
+        Signal("theta_plant", len(machine.theta), "parameter", machine.names),
+        Signal("theta_law", len(law.theta), "parameter", law.names),
+        Signal("wrench", 6, "parameter"),
+        Signal("reference", sum(np.size(part) for part in reference), "input", names(reference)),
+        Signal("z", z_count, "state"),
+        Signal("v", v_count, "state", machine.velocities),
+        Signal("memory", memory, "state"),
+        Signal("law", len(names(state)), "state", names(state)),
+        Signal("u", n, "state", machine.joint_names),
+        Signal("waiting", n, "state", machine.joint_names),
+        *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "q_m", "friction", "u_c", "saturated")),
+        *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
+        *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
+    ]
+    if noisy:
+        signals.append(Signal("noise", n, "noise"))
+    limit_names, limits = _limits(machine)
+    signals.append(Signal("limits", len(limit_names), "wire", limit_names))
+    tasks = (
+        Task("sense", _sense(machine, memory, noisy), ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
+             ("q", "q_m", "friction")),
+        Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law")),
+        Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
+    )
+    schedule = Schedule(
+        signals,
+        tasks,
+        _substep(machine, memory, period / substeps),
+        substeps,
+        Task("limits", limits, ("theta_plant", "z"), ("limits",)),
+        LOGGED + ("law",) + (("memory",) if memory else ()),
+        period,
+    )
+    return Tick(schedule, state, reference)
+
+
+def rest_row(machine: Machine, x: np.ndarray) -> Reference:
+    """The reference of standing still at the pose x (d,)."""
+    d, n = len(machine.task), machine.joints_count
+    axis = rotation_of_abc_np(machine.tool_pose(x)[3:])[:, 2]
+    zero = np.zeros
+    return Reference(
+        x, zero(d), zero(d), machine.inverse_kinematics(x), zero(n), zero(n), zero(1), zero(1), zero(3), zero(3), zero(1), axis
+    )
+
+
+def friction_force(machine, p, qd, memory):
+    """Friction of the joints against their speed, N; zero without friction."""
+    return machine.friction.force(p.friction, qd, memory) if machine.friction else ca.SX.zeros(qd.shape)
+
+
+def rate(machine, p, z, v, memory, u, w):
+    """z' and v' under joint forces u, friction and a wrench w on the tool: eq. (1) of machine.base."""
+    pi = {key: value for key, (value, _) in machine.inertial(p).items()}
+    M, h = machine.mass_and_bias(p, pi, z, v)
+    J = machine.jacobian_of(p, z)
+    force = J.T @ (u - friction_force(machine, p, J @ v, memory)) + w - h
+    return machine.rate(p, z, v), solve_spd(M, force)
+
+
+def _symbols(machine, memory):
+    p, theta = machine.symbols
+    z = ca.SX.sym("z", machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0])
+    return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", memory)
+
+
+def _sense(machine, memory, noisy):
+    p, theta, z, v, mem = _symbols(machine, memory)
+    q = machine.joints_of(p, z)
+    normal = ca.SX.sym("noise", machine.joints_count)
+    friction = friction_force(machine, p, machine.jacobian_of(p, z) @ v, mem)
+    inputs = [theta, z, v, mem] + ([normal] if noisy else [])
+    return ca.Function("sense", inputs, [q, encoder(machine, p, q, normal), friction])
+
+
+def _control(law, state, reference, n):
+    theta = ca.SX.sym("theta", len(law.theta))
+    s, r = symbols(state), symbols(reference)
+    y = Measurement(ca.SX.sym("q_m", n), ca.SX.sym("u", n))
+    command, after = law.step(s, r, y, theta)
+    # a state the law hands on unchanged and numbers it puts in both pass through flatten
+    after = unflatten(state, ca.SX(flatten(after)))
+    return ca.Function("control", [theta, flatten(s), flatten(r), y.q, y.u], [command.u, flatten(after)])
+
+
+def _drive(machine, n):
+    p, theta = machine.symbols
+    u_c, waiting = ca.SX.sym("u_c", n), ca.SX.sym("waiting", n)
+    return ca.Function("drive", [theta, u_c, waiting], list(drive(machine, p, u_c, waiting)))
+
+
+def _limits(machine):
+    p, theta, z, _, _ = _symbols(machine, 0)
+    found, values = machine.margins(p, z)
+    return found, ca.Function("limits", [theta, z], [values])
+
+
+def _substep(machine, memory, h):
+    p, theta, z, v, mem = _symbols(machine, memory)
+    u, w = ca.SX.sym("u", machine.joints_count), ca.SX.sym("w", 6)
+    dynamics = ca.Function("rate", [theta, z, v, mem, u, w], list(rate(machine, p, z, v, mem, u, w)))
+    zd, vd = ca.SX.sym("zd", z.shape), ca.SX.sym("vd", v.shape)
+    half, full = (ca.Function(name, [z, v, zd, vd], [z + c * zd, v + c * vd]) for name, c in (("half", h / 2), ("full", h)))
+    slopes = [ca.SX.sym(f"{name}{i}", y.shape) for i in range(4) for name, y in (("zd", z), ("vd", v))]
+    z_next, v_next = (y + h / 6 * (a + 2 * b + 2 * c + d) for y, (a, b, c, d) in ((z, slopes[::2]), (v, slopes[1::2])))
+    finish = ca.Function("finish", [z, v, *slopes], [machine.normalised(z_next), v_next])
+    given = ("memory", "u", "wrench")
+    stages = []
+    for i, step in enumerate((None, half, half, full)):
+        at = ("z", "v") if step is None else (f"z{i + 1}", f"v{i + 1}")
+        if step is not None:
+            stages.append(Task(f"stage {i + 1}", step, ("z", "v", f"zd{i}", f"vd{i}"), at))
+        stages.append(Task(f"rate {i + 1}", dynamics, ("theta_plant", *at, *given), (f"zd{i + 1}", f"vd{i + 1}")))
+    stages.append(Task("finish", finish, ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")), ("z", "v")))
+    if memory:
+        qd = machine.jacobian_of(p, z) @ v
+        advance = ca.Function("memory", [theta, z, v, mem], [machine.friction.advance(p.friction, qd, mem, h / 2)])
+        before, after = (Task(f"memory {when}", advance, ("theta_plant", "z", "v", "memory"), ("memory",)) for when in ("before", "after"))
+        stages = [before, *stages, after]
+    return tuple(stages)
