@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
-from .cli_end import Outcome
+from .cli_end import Outcome, show_warning
 from .errors import ExperimentError, InputError, SheetError
 from .experiment import SUFFIXES, Experiment, experiment_of, load_experiment
 from .files import Document, read_toml
@@ -22,6 +23,7 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
     RunError
         the path of the tool leaves what the machine can do.
     """
+    warnings.showwarning = show_warning
     if file.suffix.lower() in SUFFIXES:
         kind, told = _nc_program(file, machine)
     elif file.suffix.lower() == ".toml":
@@ -66,11 +68,25 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         motion = experiment.program.plan(experiment.machine)
     except InputError as error:
         raise experiment.document.locate(error, "program") from None
+    _check_loops(experiment)
     return {
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],
         "duration": round(float(motion.duration), 3),
     }
+
+
+def _check_loops(experiment: Experiment) -> None:
+    """Warn where a controller and the period do not go together; refuse sub-steps that cannot be stable."""
+    from .simulate.stability import check_loop, choose_substeps
+
+    run, true = experiment.run, experiment.plant.true_machine if experiment.plant else experiment.machine
+    for i, controller in enumerate(experiment.controllers):
+        try:
+            substeps = choose_substeps(true, run.period, run.substeps)
+            check_loop(experiment.machine, controller.law.on(experiment.machine, run.period), run.period, substeps)
+        except InputError as error:
+            raise experiment.locate(error, i) from None
 
 
 def _is_sheet(document: Document) -> bool:

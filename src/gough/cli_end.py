@@ -103,3 +103,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if isinstance(value, str | int | bool | None) else str(value)
+
+
+def show_warning(message: Any, category: Any, *_place: Any) -> None:
+    """A warning as one line on stderr; takes the place of warnings.showwarning."""
+    print(f"warning: {message}", file=sys.stderr, flush=True)

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from .cli_end import Outcome
+from .cli_end import Outcome, show_warning
 from .cli_progress import Shown
-from .errors import ExperimentError, RunError
+from .errors import InputError, RunError
 from .experiment import Experiment, load_experiment
 from .files import write_atomic
 from .names import slug
@@ -30,10 +30,7 @@ def run_file(
     outcome: Outcome,
 ) -> None:
     """Run an experiment or an NC program and write its results folder."""
-    if strict:
-        warnings.filterwarnings("error", category=UserWarning, module="gough")
-    else:
-        warnings.showwarning = _show_warning
+    warnings.showwarning = show_warning
     experiment = load_experiment(file, machine, kinds, seed)
     target = out or Path("results") / experiment.name
     outcome.data.update(experiment=experiment.name, controllers=[], report=None)
@@ -41,10 +38,7 @@ def run_file(
         files = resolved(experiment)
         for name, text in files.items():
             write_atomic(folder / name, text)
-        try:
-            ended = _simulate(experiment, quiet)
-        except UserWarning as warning:
-            raise ExperimentError(str(warning), cure="leave out --strict to run it all the same") from None
+        ended = _simulate(experiment, quiet, strict)
         errors = [error for error in ended if isinstance(error, RunError)]
         logs = [log for log in ended if not isinstance(log, RunError)]
         if not logs:
@@ -86,11 +80,12 @@ def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: boo
         outcome.say(f"report: {target / page}")
 
 
-def _simulate(experiment: Experiment, quiet: bool) -> list[Any]:
+def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Any]:
     """A Log for each controller, or the RunError that left none."""
     from .simulate.run import simulate
 
-    options = {"plant": experiment.plant, **_options(experiment)}
+    run = experiment.run
+    options = {name: getattr(run, name) for name in type(run).model_fields}
     with Shown(experiment.labels, quiet) as shown:
 
         def job(i: int):
@@ -100,21 +95,26 @@ def _simulate(experiment: Experiment, quiet: bool) -> list[Any]:
             def work() -> Any:
                 law = experiment.controllers[i].law
                 try:
-                    log = simulate(experiment.machine, law, experiment.program, progress=tick, **options)
+                    log = simulate(
+                        experiment.machine,
+                        law,
+                        experiment.program,
+                        experiment.plant,
+                        progress=tick,
+                        strict=strict,
+                        **options,
+                    )
                 except RunError as error:
                     shown.end(i, "failed")
                     return error
+                except InputError as error:
+                    raise experiment.locate(error, i) from None
                 shown.end(i, "failed" if log.failed else "done")
                 return log
 
             return work
 
         return together([job(i) for i in range(len(experiment.controllers))], shown.stop)
-
-
-def _options(experiment: Experiment) -> dict[str, Any]:
-    run = experiment.run
-    return {name: getattr(run, name) for name in type(run).model_fields}
 
 
 def _page(logs: list, folder: Path, files: dict[str, str] | None = None) -> str:
@@ -161,9 +161,3 @@ def _table(logs: list) -> str:
         lines.append("  ".join(text).rstrip())
     lines.insert(1, "-" * max(map(len, lines)))
     return "\n".join(lines)
-
-
-def _show_warning(message: Any, category: Any, *_place: Any) -> None:
-    import sys
-
-    print(f"warning: {message}", file=sys.stderr, flush=True)

@@ -17,31 +17,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import Field
-
-from .declare import Part, quantity
 from .errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from .files import Document, read_toml
-from .laws import law_class, laws
+from .laws import START, law_class, laws
 from .machine import sheet
 from .names import slug
 
 if TYPE_CHECKING:
     from .machine.base import Machine
+    from .simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
 TABLES = ("machine", "plant", "program", "controller", "run", "sweep")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
-
-
-class Run(Part):
-    """How an experiment is computed."""
-
-    period: float = quantity("s", "period of the controllers", default=1e-3, above=0, at_most=1)
-    substeps: int | None = Field(None, ge=1, le=10_000, description="steps of the plant a period; else chosen")
-    seed: int = Field(0, ge=0, lt=2**63, description="of the noise")
-    log_every: int = Field(1, ge=1, description="rows of the log: one of so many samples")
-    signals: list[str] | None = Field(None, description="variables of the log; else all")
 
 
 class Controller(NamedTuple):
@@ -62,6 +50,16 @@ class Experiment:
     controllers: tuple[Controller, ...]
     run: Run
     document: Document
+
+    def locate(self, error: InputError, i: int) -> InputError:
+        """An error of running controller i with its place in the file."""
+        placed = []
+        for problem in error.problems:
+            head, _, rest = (problem.key or "").partition(".")
+            if head == "controller":
+                problem = Problem(**{**problem.__dict__, "key": f"controller.{i}.{rest}".rstrip(".")})
+            placed.append(problem)
+        return self.document.locate(type(error)(problems=placed))
 
     @property
     def labels(self) -> list[str]:
@@ -125,9 +123,11 @@ def _changed(document: Document, machine: str | None, kinds: list[str], seed: in
     if kinds:
         given = data.get("controller")
         tables = [t for t in given if isinstance(t, Mapping)] if isinstance(given, list) else []
-        data["controller"] = [next((t for t in tables if t.get("kind") == kind), {"kind": kind}) for kind in kinds]
+        data["controller"] = [
+            next((t for t in tables if t.get("kind") == kind), {"kind": kind, **START.get(kind, {})}) for kind in kinds
+        ]
     elif isinstance(document, _CommandLine):
-        data["controller"] = [{"kind": "pid"}]
+        data["controller"] = [{"kind": "pid", **START["pid"]}]
     if seed is not None:
         data["run"] = {**_table(data.get("run")), "seed": seed}
     return type(document)(document.path, document.text, data, document.lines)
@@ -158,7 +158,7 @@ class _Builder:
         plant = self._make("plant", _plant, machine) if machine and "plant" in self.data else None
         program = self._make("program", _program, self.folder)
         controllers = self._controllers()
-        run = self._make("run", Run.from_file) if "run" in self.data else Run()
+        run = self._make("run", _run) if "run" in self.data else _run({})
         if self.problems:
             raise ExperimentError(problems=self.problems)
         name = slug(self.document.path.stem)
@@ -222,6 +222,8 @@ def controller_of(table: Any) -> Controller:
         raise ExperimentError("is missing", key="kind", cure=f"one of {', '.join(laws())}")
     kind = table["kind"]
     law = law_class(kind)
+    if "machine" in table:
+        raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
     has_kind = "kind" in law.model_fields
     return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
 
@@ -270,6 +272,26 @@ def _program(table: Mapping[str, Any], folder: Path) -> Any:
     from .program import program_from_table
 
     return program_from_table(dict(table), folder)
+
+
+def _run(table: Mapping[str, Any]) -> Run:
+    from .log_build import VARIABLES
+    from .simulate.run import Run
+
+    run = Run.from_file(table)
+    problems = [
+        Problem(
+            "the log has no such variable",
+            key=f"signals.{i}",
+            value=ascii(name)[:60],
+            cure=did_you_mean(name, VARIABLES),
+        )
+        for i, name in enumerate(run.signals or ())
+        if name not in VARIABLES and not name.startswith(("controller.", "observer.", "plant."))
+    ]
+    if problems:
+        raise ExperimentError(problems=problems)
+    return run
 
 
 def _brief(value: Any) -> str:

@@ -15,6 +15,9 @@ from .errors import ExperimentError, did_you_mean
 GROUP = "gough.controllers"
 OWN = {"pid": "gough.control.pid:PID", "computed_torque": "gough.control.computed_torque:ComputedTorque"}
 
+# what a law named on the command line starts with, where it needs a number: half of what both library machines bear
+START = {"pid": {"bandwidth": "10 Hz"}, "computed_torque": {"bandwidth": "10 Hz"}}
+
 
 @cache
 def laws() -> dict[str, EntryPoint | str]:

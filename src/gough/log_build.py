@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .log import Log
 
 SCHEMA = "gough-log-1"
-DIMENSIONS = ("t", "joint", "task", "twist", "wrench", "run")
+DIMENSIONS = ("t", "joint", "task", "twist", "wrench_axis", "run")
 OWNERS = ("controller", "observer", "plant")
 
 
@@ -51,8 +51,8 @@ VARIABLES: dict[str, Variable] = {
     "u": Variable(("joint",), "N", "applied joint forces"),
     "friction": Variable(("joint",), "N", "friction forces in the joints"),
     "saturated": Variable(("joint",), "1", "drive at its limit", "i1"),
-    "wrench": Variable(("wrench",), "N, N m", "wrench on the tool, at the tip, in W"),
-    "wrench_hat": Variable(("wrench",), "N, N m", "estimated wrench on the tool, at the tip, in W"),
+    "wrench": Variable(("wrench_axis",), "N, N m", "wrench on the tool, at the tip, in W"),
+    "wrench_hat": Variable(("wrench_axis",), "N, N m", "estimated wrench on the tool, at the tip, in W"),
     "s_r": Variable((), "m", "path length of the reference"),
     "line": Variable((), "1", "line of the NC program, 0: none", "i4"),
     "block": Variable((), "1", "block of the motion", "i4"),
@@ -82,7 +82,7 @@ class LogBuilder:
     def __init__(self, t: Any, task: Sequence[tuple[str, str]], joints: int, runs: int | None = None):
         self.t = np.asarray(t, float)
         self.task = tuple((str(name), str(unit)) for name, unit in task)
-        self.sizes = {"joint": joints, "task": len(task), "twist": len(task), "wrench": 6}
+        self.sizes = {"joint": joints, "task": len(task), "twist": len(task), "wrench_axis": 6}
         self.runs = runs
         self.variables: dict[str, tuple] = {}
         if self.t.ndim != 1:
@@ -168,7 +168,7 @@ class LogBuilder:
             names, units = [name for name, _ in self.task], self._task_units(known.units)
             if known.dims == ("twist",):  # w are no rates of a b c
                 names = ("vx", "vy", "vz", "wx", "wy", "wz") if len(names) == 6 else [f"v{name}" for name in names]
-        elif known.dims == ("wrench",):
+        elif known.dims == ("wrench_axis",):
             names, units = ("fx", "fy", "fz", "mx", "my", "mz"), ["N"] * 3 + ["N m"] * 3
         else:
             return {}

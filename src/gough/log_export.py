@@ -116,7 +116,7 @@ def to_parquet(log: Log, path: str | Path) -> Path:
     except ImportError:
         raise LogError("Parquet needs pyarrow", cure="pip install 'gough[logs]'") from None
     table = columns(log)
-    fields = [pa.field(name, pa.from_numpy_dtype(column.dtype), metadata={"units": unit}) for name, unit, column in table]
+    fields = [pa.field(name, pa.from_numpy_dtype(x.dtype), metadata={"units": unit}) for name, unit, x in table]
     attrs = {str(key): str(value) for key, value in log.dataset.attrs.items()}
     data = pa.table([pa.array(values) for _, _, values in table], schema=pa.schema(fields, metadata=attrs))
     return write_atomic(path, lambda temporary: pq.write_table(data, temporary))

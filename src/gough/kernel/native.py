@@ -59,7 +59,10 @@ class Library:
     def __init__(self, image: bytes, symbols: dict[str, str], export: str):
         builder = llvm.JITLibraryBuilder().add_object_img(image).export_symbol(export)
         for name, symbol in symbols.items():
-            builder.import_symbol(name, lanes.address(symbol))
+            address = lanes.address(symbol)
+            if address is None:
+                raise RuntimeError(f"this machine has no function {symbol}")
+            builder.import_symbol(name, address)
         for symbol in ("memcpy", "memset", "memmove"):  # LLVM calls these on its own
             builder.import_symbol(symbol, ctypes.cast(getattr(_libc(), symbol), ctypes.c_void_p).value)
         self._tracker = builder.link(_compiler(), f"gough.{next(_numbers)}")

@@ -41,8 +41,8 @@ class Simulation:
         self._words = _aligned((self._groups, 3, width)).view(np.int64)
         self._fill("parameter", parameters or {}, np.isnan, "must not be NaN")
         self._fill("state", states or {}, lambda x: ~np.isfinite(x), "must be finite")
-        self._kept = _aligned((self._groups, max(1, layout.states.stop - layout.states.start), width))
-        self._kept[:, : layout.states.stop - layout.states.start] = self._ws[:, layout.states]
+        self._kept = _aligned((self._groups, layout.states.stop - layout.states.start, width))
+        self._kept[:] = self._ws[:, layout.states]
         for run in range(self._groups * width):  # what fills the last group is a copy of the last run that nobody asks for
             group, lane = divmod(run, width)
             key = noise.run_key(seed, first_run + min(run, self.runs - 1))
@@ -109,7 +109,6 @@ class Simulation:
     def _keep(self, ws, kept, live):
         """The end of a tick in which a run failed: living runs keep their new states, the others get the old ones back."""
         states = self.kernel.layout.states
-        kept = kept[: states.stop - states.start]
         kept[:] = np.where(live, ws[states], kept)
         ws[states] = kept
 

@@ -99,7 +99,7 @@ class ReversalMeter:
 
 
 def reversals(period: float, qd_r, contour_error, counted, glitch: Glitch = CONTRACT) -> list[Reversal]:
-    """The reversals of a whole run: reference velocities (n, joints), contour error (n,) and counted (n,), at `period` s.
+    """The reversals of a whole run, `period` s a sample: reference velocities (n, joints), contour error, counted (n,).
 
     `glitch=STUDIES` takes the glitch as the published experiments judge it.
     """

@@ -192,7 +192,11 @@ def measure(log) -> Measured:
     gathered = Accumulator(period)
     gathered.update(
         contour_error=log["contour_error"], orientation_error=log["orientation_error"], lag=log["lag"],
-        counted=log["counted"] if "counted" in log else line > 0, line=line, q_r=q_r, qd_r=qd_r, q=q, qd=qd,
-        u=log["u"] if "u" in log else None, saturated=log["saturated"] if "saturated" in log else None,
+        counted=_row(log, "counted", line > 0), line=line, q_r=q_r, qd_r=qd_r, q=q, qd=qd,
+        u=_row(log, "u"), saturated=_row(log, "saturated"),
     )
     return Measured(gathered.result())
+
+
+def _row(log, name, default=None):
+    return log[name] if name in log else default  # noqa: SIM401, a Log has no get

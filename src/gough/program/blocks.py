@@ -101,7 +101,7 @@ def batches(segments):
     sweep, rise = (np.array([getattr(s, name) for s in arcs], float) for name in ("sweep", "rise"))
     # one form: right-handed about the normal, centre at the height of the start
     back = np.where(sweep < 0, -1.0, 1.0)
-    normal = normal * back[:, None] / norm(normal)[:, None] if len(arcs) else normal
+    normal = normal * back[:, None] / norm(normal)[:, None] + 0.0 if len(arcs) else normal  # + 0.0: no -0
     sweep, rise = np.abs(sweep), rise * back
     center = center + dot(start - center, normal)[:, None] * normal
     if (~(norm(start - center) > 0) | ~(sweep > 0)).any():

@@ -91,6 +91,7 @@ def path(log: Log, top: float, length: Any) -> dict[str, Any]:
         f"t = %{{customdata[1]:.3f}} s<br>{plane.label[0]} %{{x:.2f}}, {plane.label[1]} %{{y:.2f}} {length.unit}",
     }
     layout = _layout(f"{plane.label[0]} [{length.unit}]", f"{plane.label[1]} [{length.unit}]", 430)
+    layout["margin"]["t"] = 34
     return {"data": [thread, trace], "layout": _square(layout) | {"showlegend": False}}
 
 
@@ -105,7 +106,7 @@ def circle(found: list[tuple[int, str, Circle]]) -> tuple[dict[str, Any], str]:
     data, notes = [], []
     for part in (-3, -2, -1, 1, 2, 3):
         data.append(_ring(ring * (1 + 0.1 * part), turn, GRID, 1))
-        if part in (-2, 2):
+        if part in (-3, 3):  # where the error hardly ever is
             notes.append(_text(0.7071 * ring * (1 + 0.1 * part), 0.7071 * ring * (1 + 0.1 * part),
                                f"{part * step * division.times:+.3g} {division.unit}"))
     data.append(_ring(ring, turn, INK, 1.4) | {"name": "programmed circle", "showlegend": True})
@@ -165,7 +166,8 @@ def machine(log: Log) -> dict[str, Any] | None:
         data.append(_space(p[rows], "tool path", "#D55E00", 3))
     axis = {"backgroundcolor": "#ffffff", "gridcolor": GRID, "zerolinecolor": GRID, "color": "#5a646e"}
     scene = {f"{n}axis": axis | {"title": {"text": f"{n} [m]"}} for n in "xyz"}
-    scene |= {"aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": 1.3, "z": 0.6}, "center": {"x": 0, "y": 0, "z": -0.12}}}
+    camera = {"eye": {"x": 1.5, "y": 1.3, "z": 0.6}, "center": {"x": 0, "y": 0, "z": -0.12}}
+    scene |= {"aspectmode": "data", "camera": camera}
     layout = {"scene": scene, "height": 560, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "showlegend": False}
     return {"data": data, "layout": layout | {"font": _FONT, "paper_bgcolor": "#ffffff"}}
 
@@ -211,8 +213,7 @@ def _space(points: np.ndarray, name: str, colour: str, width: float) -> dict[str
 
 
 def _text(x: float, y: float, text: str) -> dict[str, Any]:
-    return {"x": x, "y": y, "text": text, "showarrow": False, "font": {"size": 11, "color": "#5a646e"},
-            "bgcolor": "rgba(255,255,255,0.8)"}
+    return {"x": x, "y": y, "text": text, "showarrow": False, "font": {"size": 11, "color": "#5a646e"}}
 
 
 def _layout(x: str, y: str, height: int) -> dict[str, Any]:

@@ -123,7 +123,7 @@ def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None)
     for part in (-3, -2, -1, 1, 2, 3):  # rings every tenth of the radius: the scale of the error
         r = ring * (1 + 0.1 * part)
         ax.plot(r * np.cos(turn), r * np.sin(turn), color="#e3e7eb", linewidth=0.7)
-        if part in (-2, 2):
+        if part in (-3, 3):  # where the error hardly ever is
             ax.annotate(f"{part * division.times * step:+.3g} {division.unit}", (0.7071 * r, 0.7071 * r), fontsize=8,
                         color="#5a646e", ha="center", va="center")
     ax.plot(ring * np.cos(turn), ring * np.sin(turn), color=style.INK, linewidth=1.0, label="programmed circle")

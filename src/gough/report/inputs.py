@@ -54,7 +54,7 @@ def _grouped(logs: list[Log], names: list[str], key: str) -> list[tuple[str, Any
     for log, name in zip(logs, names, strict=True):
         value = log.info.get(key)
         groups.setdefault(json.dumps(value, sort_keys=True), ([], value))[0].append(name)
-    if len(groups) == 1 and len(logs) > 1:
+    if len(groups) == 1:
         return [("", next(iter(groups.values()))[1])]
     return [(", ".join(whose), value) for whose, value in groups.values()]
 

@@ -45,14 +45,15 @@ def _table(logs: list[Log]) -> str:
         for i, name in enumerate(heads(logs))
     )
     rows = []
-    for row in report_table(logs):
+    table = report_table(logs)
+    for row in table:
         cells = "".join(
             f'<td class="{"best" if i in row.best else "bad" if value == "FAILED" else ""}">{escape(value)}</td>'
             for i, value in enumerate(row.values)
         )
         rows.append(f'<tr><th scope="row">{escape(row.label)}</th>{cells}</tr>')
     caption = "Contour error: distance of the tool tip to the programmed path, over feed moves only (G1 to G3)."
-    caption += " Bold: the better value." if len(logs) > 1 else ""
+    caption += " Bold: the best." if any(row.best for row in table) else ""
     return (
         f'<div class="scroll"><table><caption>{caption}</caption><thead><tr><th></th>{head}</tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>"
@@ -91,7 +92,7 @@ def _circles(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Sect
 
 
 def _contour(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
-    shown = [(log, name) for log, name in zip(logs, names, strict=True) if "contour_error" in log]
+    shown = [(log, name) for log, name in zip(logs, names, strict=True) if len(log) and "contour_error" in log]
     if not shown:
         return None
     charts["contour"] = draw.contour([log for log, _ in shown], [name for _, name in shown])
@@ -103,7 +104,7 @@ def _contour(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Sect
 def _forces(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
     boxes = []
     for i, (log, name) in enumerate(zip(logs, names, strict=True)):
-        if "u" in log:
+        if len(log) and "u" in log:
             charts[f"forces-{i}"] = draw.forces(log)
             boxes.append(_figure(f"forces-{i}", f"<b>{escape(human(name))}</b>", 360))
     note = "Applied by the drives, positive lengthens the strut."

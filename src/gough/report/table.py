@@ -93,7 +93,7 @@ def verdict(logs: Log | Iterable[Log]) -> str:
     rated = sorted(((n, rms, top) for n, rms, top in rated if rms is not None and top is not None), key=lambda r: r[1])
     first = f"The run with {_listed(failed)} failed" if failed else ""
     if not rated:
-        return f"{first}; there is nothing to compare." if first else "The logs hold no contour error of a feed move."
+        return f"{first}." if first else "The logs hold no contour error of a feed move."
     told = _comparison(rated)
     return f"{first}; {told}" if first else told[0].upper() + told[1:]
 

@@ -110,7 +110,7 @@ class _Job:
         self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
         self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict)
         self.meter = ContourMeter(self.motion)
-        self.sums = Accumulator(self.motion, run.period)
+        self.sums = Accumulator(run.period)
         first = self.motion.sample(0, 1, run.period)
         self.row = Reference(*(column[0] for column in first))
         self.kept: list[dict[str, np.ndarray]] = []
@@ -181,7 +181,11 @@ class _Job:
         row = {name: out[:, columns] for name, columns in self.kernel.columns.items()}
         book = self.motion.book(k, k + n, run.period)
         contour = self.meter(k, k + n, run.period, row["z"])
-        self.sums.update(k, reference, book, contour, row["q"], row["u"], row["saturated"])
+        self.sums.update(
+            contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
+            counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],
+            u=row["u"], saturated=row["saturated"],
+        )  # fmt: skip
         part = slice(-k % run.log_every, None, run.log_every)
         self.kept.append(self._columns(k, part, reference, row, book, contour))
         return n
@@ -255,7 +259,7 @@ class _Job:
             "wall_time": wall,
             "simulated_time": ticks * self.run_part.period,
             "metrics": self.sums.result(),
-            "reversals": self.sums.reversals(),
+            "reversals": self.sums.reversals,
             "circles": [circle.to_json() for circle in self.motion.path.circles],
             "drawing": self.believed.drawing(self.believed.home),
             "processor": _processor(),

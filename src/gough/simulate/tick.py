@@ -35,7 +35,7 @@ class Tick(NamedTuple):
     template: Reference  # a row of the reference, by name
 
 
-LOGGED = ("z", "v", "q", "q_m", "u_c", "u", "friction", "saturated")
+LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 
 
 def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Tick:
@@ -59,7 +59,7 @@ def build(machine: Machine, law: Controller, state, reference: Reference, period
         Signal("law", len(names(state)), "state", names(state)),
         Signal("u", n, "state", machine.joint_names),
         Signal("waiting", n, "state", machine.joint_names),
-        *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "q_m", "friction", "u_c", "saturated")),
+        *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "u_c", "saturated")),
         *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
         *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
     ]
@@ -69,7 +69,7 @@ def build(machine: Machine, law: Controller, state, reference: Reference, period
     signals.append(Signal("limits", len(limit_names), "wire", limit_names))
     tasks = (
         Task("sense", _sense(machine, memory, noisy), ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
-             ("q", "q_m", "friction")),
+             ("q", "qd", "q_m", "friction")),
         Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law")),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
@@ -119,9 +119,10 @@ def _sense(machine, memory, noisy):
     p, theta, z, v, mem = _symbols(machine, memory)
     q = machine.joints_of(p, z)
     normal = ca.SX.sym("noise", machine.joints_count)
-    friction = friction_force(machine, p, machine.jacobian_of(p, z) @ v, mem)
+    qd = machine.jacobian_of(p, z) @ v
+    friction = friction_force(machine, p, qd, mem)
     inputs = [theta, z, v, mem] + ([normal] if noisy else [])
-    return ca.Function("sense", inputs, [q, encoder(machine, p, q, normal), friction])
+    return ca.Function("sense", inputs, [q, qd, encoder(machine, p, q, normal), friction])
 
 
 def _control(law, state, reference, n):
