@@ -15,6 +15,7 @@ from .errors import ExperimentError, GoughError
 from .names import printable
 
 INTERRUPTED = 130
+MOST_LINES = 100
 
 
 class Interrupted(KeyboardInterrupt):
@@ -88,9 +89,11 @@ def finish(command: str | None, work: Callable[[Outcome], Any], as_json: bool, d
 
 
 def tell(error: GoughError) -> None:
-    """The lines of an error, on stderr."""
-    for problem in error.problems:
+    """The lines of an error, on stderr; of thousands the first."""
+    for problem in error.problems[:MOST_LINES]:
         print(printable(str(problem)), file=sys.stderr)
+    if len(error.problems) > MOST_LINES:
+        print(f"and {len(error.problems) - MOST_LINES} more", file=sys.stderr)
     sys.stderr.flush()
 
 

@@ -17,11 +17,13 @@ import hashlib
 import importlib
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticUndefined
 
 from . import units
@@ -106,10 +108,23 @@ def quantity(unit: str, meaning: str, *, default: Any = ..., theta: bool = True,
     return Field(default, description=meaning, json_schema_extra={"quantity": spec, "theta": theta})
 
 
+# whether values come from a file, where a number needs its unit; pydantic's own context does not reach through __init__
+_FROM_FILE: ContextVar[bool] = ContextVar("from_file", default=False)
+
+
+@contextmanager
+def _rules(file: bool) -> Iterator[None]:
+    token = _FROM_FILE.set(file)
+    try:
+        yield
+    finally:
+        _FROM_FILE.reset(token)
+
+
 def one_of(**kinds: str) -> BeforeValidator:
     """For `Annotated`: a table whose `kind` chooses the Part, one_of(pid="gough.control.pid:PID", ...)."""
 
-    def choose(raw: Any, info: ValidationInfo) -> Any:
+    def choose(raw: Any) -> Any:
         if not isinstance(raw, Mapping):
             return raw
         chosen = raw.get("kind")
@@ -119,7 +134,7 @@ def one_of(**kinds: str) -> BeforeValidator:
             raise InputError(rule, key="kind", cure=cure)
         module, _, name = kinds[chosen].partition(":")
         kind = getattr(importlib.import_module(module), name)
-        return kind.from_file(raw) if info.context and info.context.get("file") else kind(**raw)
+        return kind(**raw)
 
     return BeforeValidator(choose)
 
@@ -147,10 +162,8 @@ class Part(BaseModel):
         InputError
             of the part's kind, with a problem for every wrong key.  `key` is set, file and line are not.
         """
-        try:
-            return cls.model_validate(dict(data), context={"file": True})
-        except ValidationError as error:
-            raise cls.input_error(problems=problems(error, cls)) from None
+        with _rules(file=True):
+            return cls(**data)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -158,7 +171,7 @@ class Part(BaseModel):
         spec = cls.specs().get(info.field_name)
         if spec is None or (raw is None and cls.model_fields[info.field_name].default is None):
             return raw
-        return spec.check(raw, from_file=bool(info.context and info.context.get("file")))
+        return spec.check(raw, from_file=_FROM_FILE.get())
 
     @classmethod
     def specs(cls) -> dict[str, Quantity]:
@@ -235,6 +248,20 @@ class Part(BaseModel):
         """SHA-256 of the content, hex: equal parts have equal digests, in every process."""
         return hashlib.sha256(repr(self._content()).encode()).hexdigest()
 
+    def structure(self) -> tuple:
+        """All of the part but the values in theta: parts of one structure have the same equations."""
+        out: list = [type(self).__module__, type(self).__qualname__]
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if isinstance(value, Part):
+                value = value.structure()
+            elif name in self.specs() and field.json_schema_extra["theta"]:
+                value = None if value is None else np.shape(value)
+            else:
+                value = repr(value)
+            out.append((name, value))
+        return tuple(out)
+
     def replace(self, **changes: Any) -> Part:
         """A copy with other values; dotted names reach inside: `machine.replace(**{"platform.mass": 320})`.
 
@@ -268,17 +295,20 @@ class Part(BaseModel):
             try:
                 data[head] = data[head]._replaced(group, from_file)
             except InputError as error:
-                wrong += [p if p.key is None else _under(p, head) for p in error.problems]
+                wrong += [_under(p, head) for p in error.problems]
         if wrong:
             raise self.input_error(problems=wrong)
-        return type(self)(**data)
+        with _rules(file=False):  # what is left is SI
+            return type(self)(**data)
 
     def _changed(self, name: str, old: Any, raw: Any, from_file: bool) -> Any:
         spec = self.specs().get(name)
         if spec is None:
-            if isinstance(old, Part) and isinstance(raw, Mapping):
-                return old._replaced(raw, from_file)
-            return raw
+            if not isinstance(raw, Mapping):
+                return raw
+            if isinstance(old, Part) and raw.get("kind", getattr(old, "kind", None)) == getattr(old, "kind", None):
+                return old._replaced({key: value for key, value in raw.items() if key != "kind"}, from_file)
+            return self._made(name, raw, from_file)
         if isinstance(raw, str) and raw.strip().endswith("x"):
             times, dimension = units.parse(raw)
             if any(dimension):
@@ -289,6 +319,15 @@ class Part(BaseModel):
         if raw is None and not from_file and type(self).model_fields[name].default is None:
             return None
         return spec.check(raw, from_file)
+
+    def _made(self, name: str, raw: Mapping[str, Any], from_file: bool) -> Any:
+        """A new part for the field `name`: one that was absent, or of another kind."""
+        annotation = type(self).model_fields[name].annotation
+        try:
+            with _rules(file=from_file):
+                return TypeAdapter(annotation).validate_python(dict(raw))
+        except ValidationError as error:
+            raise self.input_error(problems=problems(error, _part_of(annotation, name) or type(self))) from None
 
     def _keys(self) -> list[str]:
         """All dotted keys that `replace` takes."""
@@ -315,6 +354,20 @@ class Part(BaseModel):
             else:
                 out[name] = value
         return out
+
+
+class Shape:
+    """A part as a key that is equal for parts of one structure: compiled equations are found by it."""
+
+    def __init__(self, part: Part):
+        self.part = part
+        self._structure = part.structure()
+
+    def __hash__(self) -> int:
+        return hash(self._structure)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Shape) and self._structure == other._structure
 
 
 class View:

@@ -59,12 +59,12 @@ def quaternion_rate(quat, w):
 
 
 def quaternion_of_rotation_vector(r):
-    """exp of a rotation vector as a quaternion, eq. (5).  (4,).  Accurate at r = 0."""
+    """exp of a rotation vector as a quaternion, eq. (5).  (4,).  Accurate at r = 0, and so is its derivative."""
     half2 = ca.dot(r, r) / 4
-    half = ca.sqrt(half2)
-    small = half2 < 1e-8  # the series is exact to rounding there: next term half^4 / 120 < 1e-18
-    sinc = ca.if_else(small, 1 - half2 / 6, ca.sin(half) / ca.if_else(small, 1, half))
-    return ca.vertcat(ca.cos(half), sinc * r / 2)
+    small = half2 < 1e-8  # the series are exact to rounding there: next terms half^4 / 24 < 5e-18
+    half = ca.sqrt(ca.if_else(small, 1, half2))  # 1: the branch not taken must not make a NaN of a derivative
+    sinc = ca.if_else(small, 1 - half2 / 6, ca.sin(half) / half)
+    return ca.vertcat(ca.if_else(small, 1 - half2 / 2, ca.cos(half)), sinc * r / 2)
 
 
 def rotation_vector_of_quaternion(quat):

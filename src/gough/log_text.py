@@ -110,6 +110,8 @@ def contour(log: Log) -> dict[str, float]:
     """rms, max, at, line of the contour error: from the metrics, else from the counted rows.  Empty if unknown."""
     known = log.metrics.get("contour_error")
     if isinstance(known, dict):
+        if not isinstance(known.get("max"), int | float):
+            return {}
         return {key: known[key] for key in ("rms", "max", "at", "line") if isinstance(known.get(key), int | float)}
     if "contour_error" not in log or not len(log) or "run" in log.dataset.dims:
         return {}

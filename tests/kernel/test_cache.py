@@ -10,8 +10,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from conftest import pendulum, reference
 from gough.kernel import Schedule, Signal, Task, cache, compile, compile_rows
+
+from .examples import pendulum, reference
 
 KEY = "ab" * 32
 
@@ -194,7 +195,9 @@ print(json.dumps(results))
 
 
 def test_two_processes_may_race():
-    processes = [subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, env=os.environ) for _ in range(2)]
+    processes = [
+        subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, env=os.environ) for _ in range(2)
+    ]
     for process in processes:
         output, _ = process.communicate(timeout=60)
         assert json.loads(output) == [float(f) ** 3 for f in range(2, 14)]

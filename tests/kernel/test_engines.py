@@ -7,9 +7,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from conftest import pendulum, reference
 from gough.errors import InputError
 from gough.kernel import KernelWarning, compile, compile_rows
+
+from .examples import pendulum, reference
 
 VALUES = {"p": [10.0, 1.0]}, {"x": [0.1, 0.0]}
 

@@ -29,7 +29,9 @@ def test_neighbouring_entries_runs_ticks_and_seeds_are_uncorrelated():
     n = x.size
     for a, b in ((x[:-1], x[1:]), (x[:, :-1], x[:, 1:]), (x[..., :-1], x[..., 1:]), (x, other), (x[:-2], x[2:])):
         assert abs((a * b).mean()) < 5 / np.sqrt(n)
-        assert abs(((a**2 - 1) * (b**2 - 1)).mean()) < 5 * 2 / np.sqrt(n)  # the pairs of Box and Muller share a radius hash
+        assert abs(((a**2 - 1) * (b**2 - 1)).mean()) < 5 * 2 / np.sqrt(
+            n
+        )  # the pairs of Box and Muller share a radius hash
 
 
 def test_no_number_comes_twice():
@@ -43,7 +45,9 @@ def test_machine_code_and_numpy_agree(lanes, size):
     got = draw(size=size, lanes=lanes, runs=3, ticks=50, seed=9)
     expected = draw(size=size, native=False, runs=3, ticks=50, seed=9)
     np.testing.assert_allclose(got, expected, rtol=1e-12)  # log, cos and sin within 4 ulp
-    direct = np.array([[noise.normals("w", size, noise.run_key(9, run), tick) for run in range(3)] for tick in range(50)])
+    direct = np.array(
+        [[noise.normals("w", size, noise.run_key(9, run), tick) for run in range(3)] for tick in range(50)]
+    )
     assert np.array_equal(expected, direct)
 
 

@@ -15,7 +15,13 @@ AWKWARD = [0.0, -0.0, 5e-324, -5e-324, 1e-310, -2.2e-308, 1e-200, np.inf, -np.in
 ONE = {name: getattr(ca, name) for name in
        "exp log expm1 log1p erf erfinv sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh sqrt fabs floor ceil sign"
        .split()}  # fmt: skip
-ONE |= {"neg": lambda a: -a, "sq": lambda a: a * a, "twice": lambda a: a + a, "inv": lambda a: 1 / a, "not": ca.logic_not}
+ONE |= {
+    "neg": lambda a: -a,
+    "sq": lambda a: a * a,
+    "twice": lambda a: a + a,
+    "inv": lambda a: 1 / a,
+    "not": ca.logic_not,
+}
 TWO = {name: getattr(ca, name) for name in "fmin fmax atan2 hypot fmod remainder copysign".split()}
 TWO |= {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b,

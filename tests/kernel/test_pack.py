@@ -67,7 +67,11 @@ def test_symbols_beside_numbers_and_structural_zeros_are_packed_densely():
 
 
 def test_a_state_without_fields_is_an_empty_vector():
-    assert pack.flatten(Nothing()).shape == (0,) and pack.names(Nothing()) == () and pack.unflatten(Nothing(), []) == Nothing()
+    assert (
+        pack.flatten(Nothing()).shape == (0,)
+        and pack.names(Nothing()) == ()
+        and pack.unflatten(Nothing(), []) == Nothing()
+    )
 
 
 def test_a_wrong_length_and_a_wrong_kind_are_errors():

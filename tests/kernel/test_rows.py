@@ -4,15 +4,18 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from conftest import random_function
 from gough.errors import InputError
 from gough.kernel import compile_rows
+
+from .examples import random_function
 
 
 def mixed():
     """Inputs and outputs of awkward sizes, a matrix among them."""
     a, b, m = ca.SX.sym("a", 3), ca.SX.sym("b"), ca.SX.sym("m", 3, 4)
-    return ca.Function("mixed", [a, b, m], [ca.mtimes(m.T, a) * b, ca.vertcat(*[ca.sin(i * b) for i in range(17)]), ca.dot(a, a)])
+    return ca.Function(
+        "mixed", [a, b, m], [ca.mtimes(m.T, a) * b, ca.vertcat(*[ca.sin(i * b) for i in range(17)]), ca.dot(a, a)]
+    )
 
 
 def arrays(n, seed=0):
@@ -94,7 +97,9 @@ def test_nothing_is_written_outside_the_results():
 
 def test_the_interpreter_gives_the_same():
     a, b, m = arrays(9)
-    for native, interpreted in zip(compile_rows(mixed())(a, b, m), compile_rows(mixed(), native=False)(a, b, m), strict=True):
+    for native, interpreted in zip(
+        compile_rows(mixed())(a, b, m), compile_rows(mixed(), native=False)(a, b, m), strict=True
+    ):
         np.testing.assert_allclose(native, interpreted, rtol=1e-12, atol=1e-14)
 
 

@@ -3,9 +3,10 @@
 import casadi as ca
 import pytest
 
-from conftest import pendulum
 from gough.errors import InputError
 from gough.kernel import Schedule, Signal, Task, period_ticks
+
+from .examples import pendulum
 
 
 def double(size=1, name="double"):
@@ -60,7 +61,9 @@ def test_parameters_and_inputs_are_never_written():
 def test_a_wire_read_before_it_is_written_is_an_error():
     write, read = Task("write", double(), "alpha", "beta"), Task("read", double(), "beta", "alpha")
     Schedule([A, B], [write, read])
-    with pytest.raises(InputError, match="task read: reads the wire beta before a task has written it; .* make beta a state"):
+    with pytest.raises(
+        InputError, match="task read: reads the wire beta before a task has written it; .* make beta a state"
+    ):
         Schedule([A, B], [read, write])
     with pytest.raises(InputError, match="log: reads the wire beta"):
         Schedule([A, B], substep=write, log=("beta",))

@@ -4,11 +4,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from conftest import pendulum, reference
 from gough.errors import InputError
 from gough.kernel import Schedule, Signal, Task, compile
 
-GAINS = np.array([[10, 1], [20, 1], [30, 0.1], [100, 0.1], [5, 3], [50, 2], [1, 1], [15, 0.5], [25, 1], [12, 2], [40, 1]])
+from .examples import pendulum, reference
+
+GAINS = np.array(
+    [[10, 1], [20, 1], [30, 0.1], [100, 0.1], [5, 3], [50, 2], [1, 1], [15, 0.5], [25, 1], [12, 2], [40, 1]]
+)
 
 
 def simulate(schedule, n=200, lanes=1, native=True, chunks=None, gains=GAINS, seed=3, first_run=0, start=(0.1, 0.0)):
@@ -99,8 +102,17 @@ def test_the_same_seed_gives_the_same_bits_and_another_seed_others():
 def test_tasks_tick_at_their_own_periods_and_hold_between(lanes, native):
     k, p = ca.SX.sym("k"), ca.SX.sym("p")
     clock, take = ca.Function("clock", [k], [k + 1]), ca.Function("take", [k, p], [k + p])
-    signals = [Signal("k", 1, "state"), Signal("p", 1, "parameter"), Signal("two", 1, "wire"), Signal("five", 1, "wire")]
-    tasks = [Task("second", take, ("k", "p"), "two", 2), Task("fifth", take, ("k", "p"), "five", 5), Task("clock", clock, "k", "k")]
+    signals = [
+        Signal("k", 1, "state"),
+        Signal("p", 1, "parameter"),
+        Signal("two", 1, "wire"),
+        Signal("five", 1, "wire"),
+    ]
+    tasks = [
+        Task("second", take, ("k", "p"), "two", 2),
+        Task("fifth", take, ("k", "p"), "five", 5),
+        Task("clock", clock, "k", "k"),
+    ]
     kernel = compile(Schedule(signals, tasks, log=("two", "five")), lanes, native=native)
     simulation = kernel.start({"p": [100.0]}, {"k": [0.0]})
     rows = np.concatenate([simulation.advance(n) for n in (3, 4, 13)])[:, 0]
@@ -125,7 +137,10 @@ def test_a_run_that_reaches_a_limit_keeps_its_last_good_state_and_the_others_go_
         # the state after tick k is row k + 1: tick `stop.tick` failed, so what remains is the state that tick began with
         assert np.array_equal(simulation.state("x")[run], all_rows[stop.tick, run, at])
         assert np.abs(all_rows[stop.tick, run, at][0]) <= 1.3 < np.abs(all_rows[stop.tick + 1, run, at][0])
-        assert np.array_equal(rows[: stop.tick, run], all_rows[: stop.tick, run]) and np.isnan(rows[stop.tick :, run]).all()
+        assert (
+            np.array_equal(rows[: stop.tick, run], all_rows[: stop.tick, run])
+            and np.isnan(rows[stop.tick :, run]).all()
+        )
 
 
 @pytest.mark.parametrize("lanes", [1, 8])
@@ -148,9 +163,15 @@ def poisoned(clip: bool) -> Schedule:
     k, u = ca.SX.sym("k"), ca.SX.sym("u")
     torque = ca.sqrt(4.5 - k)
     limited = ca.if_else(torque > 1, 1, ca.if_else(torque < -1, -1, torque))
-    signals = [Signal("k", 1, "state"), Signal("v", 1, "state", ("speed",)), Signal("u", 1, "wire", ("torque of strut 1",))]
-    tasks = [Task("law", ca.Function("law", [k], [limited if clip else torque]), "k", "u"),
-             Task("clock", ca.Function("clock", [k], [k + 1]), "k", "k")]
+    signals = [
+        Signal("k", 1, "state"),
+        Signal("v", 1, "state", ("speed",)),
+        Signal("u", 1, "wire", ("torque of strut 1",)),
+    ]
+    tasks = [
+        Task("law", ca.Function("law", [k], [limited if clip else torque]), "k", "u"),
+        Task("clock", ca.Function("clock", [k], [k + 1]), "k", "k"),
+    ]
     step = Task("step", ca.Function("step", [k, u], [k + 0.1 * u]), ("v", "u"), "v")
     return Schedule(signals, tasks, step, log=("k",) if clip else ("k", "u"))
 
@@ -174,9 +195,11 @@ def test_a_logged_value_that_is_not_finite_is_named_as_the_cause(lanes, native):
 
 def test_a_limit_that_is_nan_is_not_kept():
     x = ca.SX.sym("x")
-    schedule = Schedule([Signal("x", 1, "state"), Signal("limits", 2, "wire", ("never", "root"))],
-                        Task("t", ca.Function("t", [x], [x - 1]), "x", "x"),
-                        limits=Task("l", ca.Function("l", [x], [ca.vertcat(1, ca.sqrt(x))]), "x", "limits"))
+    schedule = Schedule(
+        [Signal("x", 1, "state"), Signal("limits", 2, "wire", ("never", "root"))],
+        Task("t", ca.Function("t", [x], [x - 1]), "x", "x"),
+        limits=Task("l", ca.Function("l", [x], [ca.vertcat(1, ca.sqrt(x))]), "x", "limits"),
+    )
     for lanes, native in ((1, True), (8, True), (1, False)):
         simulation = compile(schedule, lanes, native=native).start(states={"x": [3.0]})
         simulation.advance(10)
@@ -188,8 +211,12 @@ def test_a_limit_that_is_nan_is_not_kept():
 def test_several_functions_make_a_substep_and_equal_ones_are_compiled_once():
     x, v = ca.SX.sym("x"), ca.SX.sym("v")
     add = ca.Function("add", [x, v], [x + v])
-    schedule = Schedule([Signal("x", 1, "state"), Signal("v", 1, "parameter")], (),
-                        (Task("first", add, ("x", "v"), "x"), Task("second", add, ("x", "v"), "x")), substeps=3)
+    schedule = Schedule(
+        [Signal("x", 1, "state"), Signal("v", 1, "parameter")],
+        (),
+        (Task("first", add, ("x", "v"), "x"), Task("second", add, ("x", "v"), "x")),
+        substeps=3,
+    )
     simulation = compile(schedule, lanes=8).start({"v": np.arange(8.0)[:, None]}, {"x": [0.0]}, runs=8)
     simulation.advance(10)
     assert np.array_equal(simulation.state("x")[:, 0], 60 * np.arange(8.0))

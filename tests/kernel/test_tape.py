@@ -4,9 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from conftest import random_function
 from gough.kernel import compile_rows
 from gough.kernel.tape import trace
+
+from .examples import random_function
 
 
 def count(tape, op):

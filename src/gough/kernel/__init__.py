@@ -1,9 +1,9 @@
 """Named functions and a schedule in, machine code out: simulations side by side.  It knows nothing of machines.
 
-    schedule = Schedule(signals, tasks, substep, substeps=4, limits=limits, log=("x", "u"), period=1e-3)
-    kernel = compile(schedule, lanes=1)
-    simulation = kernel.start(parameters={...}, states={...}, seed=0)
-    rows = simulation.advance(1000, inputs={"reference": table})        # (ticks, runs, width)
+schedule = Schedule(signals, tasks, substep, substeps=4, limits=limits, log=("x", "u"), period=1e-3)
+kernel = compile(schedule, lanes=1)
+simulation = kernel.start(parameters={...}, states={...}, seed=0)
+rows = simulation.advance(1000, inputs={"reference": table})        # (ticks, runs, width)
 """
 
 from gough.kernel.kernel import Kernel, KernelWarning, compile

@@ -22,15 +22,27 @@ class Native:
     def __init__(self, library):
         self._library = library  # keeps the code in memory
         integer, pointer = ctypes.c_int64, ctypes.c_void_p
-        kind = ctypes.CFUNCTYPE(integer, pointer, pointer, pointer, pointer, pointer, integer, integer, integer, integer, integer)
+        kind = ctypes.CFUNCTYPE(
+            integer, pointer, pointer, pointer, pointer, pointer, integer, integer, integer, integer, integer
+        )
         self._run = kind(library.address)  # a CFUNCTYPE call releases the GIL
 
     def run(self, ws, kept, words, tables, log, lane: int, k0: int, i: int, n: int) -> int:
         """Ticks k0 + i ... k0 + n - 1 of the W runs from `lane` on; n, or the i at whose end one of them failed."""
         _, runs, width = log.shape
         pointers = (ctypes.c_void_p * max(1, len(tables)))(*(table.ctypes.data for table in tables))
-        return self._run(ws.ctypes.data, kept.ctypes.data, words.ctypes.data, ctypes.addressof(pointers),
-                         log.ctypes.data + 8 * lane * width, width, runs * width, k0, i, n)
+        return self._run(
+            ws.ctypes.data,
+            kept.ctypes.data,
+            words.ctypes.data,
+            ctypes.addressof(pointers),
+            log.ctypes.data + 8 * lane * width,
+            width,
+            runs * width,
+            k0,
+            i,
+            n,
+        )
 
 
 class Interpreter:
@@ -45,7 +57,9 @@ class Interpreter:
         calls = {}
         for task in schedule.all_tasks:
             reads, writes = [at(name) for name in task.reads], [at(name) for name in task.writes]
-            calls[task.name] = _Symbolic(task, reads, writes) if task.symbolic else _Plain(task, reads, writes, schedule)
+            calls[task.name] = (
+                _Symbolic(task, reads, writes) if task.symbolic else _Plain(task, reads, writes, schedule)
+            )
         self._tasks = [(task.every, calls[task.name]) for task in schedule.tasks]
         self._substep = [calls[task.name] for task in schedule.substep]
         self._last = [calls[schedule.limits.name]] if schedule.limits else []

@@ -67,8 +67,12 @@ def compile(schedule: Schedule, lanes: int | str = 1, cache: bool = True, native
         if native is True:
             raise InputError("no machine code can be made", value=reason, cure='native="auto" takes the interpreter')
         if native:
-            warnings.warn(f"{reason}: the interpreter runs it, some 25 times slower than machine code of one lane and 100 times "
-                          "slower than of eight", KernelWarning, stacklevel=2)
+            warnings.warn(
+                f"{reason}: the interpreter runs it, some 25 times slower than machine code of one lane and 100 times "
+                "slower than of eight",
+                KernelWarning,
+                stacklevel=2,
+            )
         return Kernel(schedule, layout, 1, Interpreter(schedule, layout), native=False)
     width = width_of(lanes)
     code, found = library("run", _description(schedule), width, lambda lanes: _text(schedule, layout, lanes), cache)
@@ -90,4 +94,12 @@ def _description(schedule: Schedule) -> tuple:
     """All of a schedule that decides its code."""
     tasks = [(t.reads, t.writes, t.every, schedule.tapes[t.name].digest) for t in schedule.all_tasks]
     signals = [(s.name, s.size, s.kind) for s in schedule.signals]
-    return (signals, tasks, len(schedule.tasks), len(schedule.substep), schedule.substeps, bool(schedule.limits), schedule.log)
+    return (
+        signals,
+        tasks,
+        len(schedule.tasks),
+        len(schedule.substep),
+        schedule.substeps,
+        bool(schedule.limits),
+        schedule.log,
+    )

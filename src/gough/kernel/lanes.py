@@ -60,8 +60,10 @@ class Lanes:
         if self.width == 1:
             return f"  {target} = bitcast {kind} {register} to {kind}\n"
         vector = self._of(kind)
-        return (f"  {target}.one = insertelement {vector} poison, {kind} {register}, i64 0\n"
-                f"  {target} = shufflevector {vector} {target}.one, {vector} poison, <{self.width} x i32> zeroinitializer\n")
+        return (
+            f"  {target}.one = insertelement {vector} poison, {kind} {register}, i64 0\n"
+            f"  {target} = shufflevector {vector} {target}.one, {vector} poison, <{self.width} x i32> zeroinitializer\n"
+        )
 
     def any(self, register: str, target: str) -> str:
         """Text that says whether a condition holds in any lane."""

@@ -20,7 +20,8 @@ def declarations(lanes: Lanes) -> str:
     """The intrinsics that functions use."""
     v, suffix = lanes.number, lanes.suffix()
     return "".join(
-        f"declare {v} @llvm.{name}.{suffix}({v}{', ' + v if name == 'copysign' else ''})\n" for name in _INTRINSIC.values()
+        f"declare {v} @llvm.{name}.{suffix}({v}{', ' + v if name == 'copysign' else ''})\n"
+        for name in _INTRINSIC.values()
     )
 
 

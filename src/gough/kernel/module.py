@@ -28,7 +28,9 @@ def text(schedule: Schedule, layout: Layout, lanes: Lanes) -> tuple[str, dict[st
     if schedule.of_kind("noise"):
         functions.append(noise.function(lanes, calls))
     functions += [parts.checks(lanes), parts.keep(lanes), parts.spread(lanes), parts.transposition(lanes, "scatter")]
-    functions.append(_Run(schedule, layout, lanes, {t: names[tape.digest] for t, tape in schedule.tapes.items()}).text())
+    functions.append(
+        _Run(schedule, layout, lanes, {t: names[tape.digest] for t, tape in schedule.tapes.items()}).text()
+    )
     head = llvm.declarations(lanes) + parts.intrinsics(lanes) + calls.text()
     return head + "".join(functions) + attributes(lanes), calls.symbols
 
@@ -36,7 +38,9 @@ def text(schedule: Schedule, layout: Layout, lanes: Lanes) -> tuple[str, dict[st
 def attributes(lanes: Lanes) -> str:
     """What every function is compiled for: vectors of W doubles stay in one register where the processor has such."""
     bits = max(128, 64 * lanes.width)
-    width = f' "min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}"' if "+avx512f" in host_features() else ""
+    width = (
+        f' "min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}"' if "+avx512f" in host_features() else ""
+    )
     return f'attributes #0 = {{ nounwind "no-trapping-math"="true"{width} }}\n'
 
 
@@ -57,8 +61,18 @@ class _Run:
         self._log()
         self._substeps()
         self._checks()
-        parameters = ("ptr %ws", "ptr %kept", "ptr %lanes", "ptr %tables", "ptr %log", "i64 %lane.stride", "i64 %row.stride",
-                      "i64 %k0", "i64 %first", "i64 %n")
+        parameters = (
+            "ptr %ws",
+            "ptr %kept",
+            "ptr %lanes",
+            "ptr %tables",
+            "ptr %log",
+            "i64 %lane.stride",
+            "i64 %row.stride",
+            "i64 %k0",
+            "i64 %first",
+            "i64 %n",
+        )
         return f"{''.join(self.keys)}define i64 @run({', '.join(parameters)}) nounwind #0 {{\n{''.join(self.lines)}}}\n"
 
     def put(self, line: str):
@@ -71,7 +85,9 @@ class _Run:
         lanes, put = self.lanes, self.put
         m, align = lanes.integer, lanes.align
         for signal in self.schedule.signals:
-            put(f"%s.{self._id(signal.name)} = getelementptr {lanes.number}, ptr %ws, i64 {self.layout.offsets[signal.name]}")
+            put(
+                f"%s.{self._id(signal.name)} = getelementptr {lanes.number}, ptr %ws, i64 {self.layout.offsets[signal.name]}"
+            )
         put(f"%alive.bits = load {m}, ptr %lanes, align {align}")
         put(f"%alive = icmp ne {m} %alive.bits, {'0' if lanes.width == 1 else 'zeroinitializer'}")
         put(f"%keys.at = getelementptr {m}, ptr %lanes, i64 1")
@@ -104,8 +120,10 @@ class _Run:
         words = ", ".join(f"i64 {key - (1 << 64) if key >> 63 else key}" for key in keys)
         name = f"@pairs.{self._id(signal.name)}"
         self.keys.append(f"{name} = internal constant [{len(keys)} x i64] [{words}], align 8\n")
-        self.put(f"call void @normals({self._pointer(signal.name)}, ptr {name}, i64 {signal.size}, "
-                 f"{self.lanes.integer} %keys, i64 %k)")
+        self.put(
+            f"call void @normals({self._pointer(signal.name)}, ptr {name}, i64 {signal.size}, "
+            f"{self.lanes.integer} %keys, i64 %k)"
+        )
 
     def _call(self, task: Task):
         pointers = ", ".join(self._pointer(name) for name in task.reads + task.writes)

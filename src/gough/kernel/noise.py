@@ -40,7 +40,9 @@ def run_key(seed: int, run: int) -> int:
 
 def pair_keys(signal: str, size: int) -> list[int]:
     """The keys of the pairs of entries of a signal."""
-    return [int.from_bytes(hashlib.sha256(f"{signal}:{p}".encode()).digest()[:8], "little") for p in range((size + 1) // 2)]
+    return [
+        int.from_bytes(hashlib.sha256(f"{signal}:{p}".encode()).digest()[:8], "little") for p in range((size + 1) // 2)
+    ]
 
 
 def normals(signal: str, size: int, key: int, tick: int) -> np.ndarray:
@@ -134,6 +136,8 @@ def function(lanes: Lanes, calls: Calls) -> str:
     put("%more = icmp ult i64 %done, %size")
     put("br i1 %more, label %loop, label %end")
     text.append("end:\n  ret void\n")
-    head = f"define internal void @normals(ptr %to, ptr %pairs, i64 %size, {m} %runs, i64 %tick) noinline nounwind #0 {{\n"
+    head = (
+        f"define internal void @normals(ptr %to, ptr %pairs, i64 %size, {m} %runs, i64 %tick) noinline nounwind #0 {{\n"
+    )
     assert w >= 1
     return head + "".join(text) + "}\n"

@@ -47,7 +47,9 @@ LIBM = {
 
 def opcode_name(opcode: int) -> str:
     """CasADi's own name of an opcode, for messages."""
-    return next((name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == opcode), f"opcode {opcode}")
+    return next(
+        (name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == opcode), f"opcode {opcode}"
+    )
 
 
 @functools.cache

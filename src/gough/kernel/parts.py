@@ -134,7 +134,9 @@ def _blocks(lanes: Lanes, name: str) -> str:
         put(f"%slot{lane}.k = add i64 %k, {lane}")
         put(f"%slot{lane} = getelementptr {v}, ptr {slots}, i64 %slot{lane}.k")
         if rows_in:
-            put(f"%x0.{lane} = call {v} @llvm.masked.load.{s}.p0(ptr %row{lane}, i32 8, {m} %inside, {v} zeroinitializer)")
+            put(
+                f"%x0.{lane} = call {v} @llvm.masked.load.{s}.p0(ptr %row{lane}, i32 8, {m} %inside, {v} zeroinitializer)"
+            )
         else:
             put(f"%x0.{lane} = load {v}, ptr %slot{lane}, align {lanes.align}")
     stage, step = 0, w // 2

@@ -24,7 +24,9 @@ from gough.kernel.tape import Tape, trace
 CHUNK = 20_000_000  # operations between two chances for Ctrl-C: some 10 ms
 
 
-def compile_rows(function: ca.Function, cache: bool = True, lanes: int | str = "auto", native: bool | str = "auto") -> Rows:
+def compile_rows(
+    function: ca.Function, cache: bool = True, lanes: int | str = "auto", native: bool | str = "auto"
+) -> Rows:
     """`function`, over SX, for arrays of rows.  A matrix is a row of its entries by columns.
 
     native="auto" takes CasADi's interpreter where there is no machine code, with one KernelWarning; True raises InputError
@@ -71,7 +73,9 @@ class Rows:
         step = max(1, CHUNK // max(1, self.operations) // self.lanes) * self.lanes
         for start in range(0, whole, step):
             stop = min(start + step, whole)
-            self._engine.run([x[start:stop] if x.ndim == 2 else x for x in rows], [y[start:stop] for y in results], stop - start)
+            self._engine.run(
+                [x[start:stop] if x.ndim == 2 else x for x in rows], [y[start:stop] for y in results], stop - start
+            )
         if whole < count:
             padded = np.minimum(np.arange(whole, whole + self.lanes), count - 1)
             tail = [np.empty((self.lanes, size)) for size in self.outputs]
@@ -99,8 +103,13 @@ class _Native:
         targets = (pointer * max(1, len(outputs)))(*(y.ctypes.data for y in outputs))
         scratch = np.empty(self._scratch + 8)  # of this call alone: threads may share a Rows
         aligned = scratch.ctypes.data + -scratch.ctypes.data % 64
-        self._run(ctypes.addressof(sources), ctypes.addressof(strides), ctypes.addressof(targets), aligned,
-                  count // self._width)
+        self._run(
+            ctypes.addressof(sources),
+            ctypes.addressof(strides),
+            ctypes.addressof(targets),
+            aligned,
+            count // self._width,
+        )
 
 
 class _Interpreter:
@@ -112,7 +121,10 @@ class _Interpreter:
     def run(self, inputs, outputs, count: int):
         shapes = [self._function.size_in(i) for i in range(self._function.n_in())]
         for n in range(count):
-            arguments = [np.reshape(x[n] if x.ndim == 2 else x, shape, order="F") for x, shape in zip(inputs, shapes, strict=True)]
+            arguments = [
+                np.reshape(x[n] if x.ndim == 2 else x, shape, order="F")
+                for x, shape in zip(inputs, shapes, strict=True)
+            ]
             for y, result in zip(outputs, self._function.call([ca.DM(a) for a in arguments]), strict=True):
                 y[n] = np.array(result).reshape(-1, order="F")
 
@@ -126,7 +138,11 @@ def _text(tape: Tape, lanes: lane.Lanes) -> tuple[str, dict[str, str]]:
     from gough.kernel import llvm, module, parts
 
     calls = lane.Calls(lanes)
-    body = [llvm.function(tape, "row", lanes, calls), parts.transposition(lanes, "gather"), parts.transposition(lanes, "scatter")]
+    body = [
+        llvm.function(tape, "row", lanes, calls),
+        parts.transposition(lanes, "gather"),
+        parts.transposition(lanes, "scatter"),
+    ]
     v, lines, slot = lanes.number, [], 0
     setup, before, after, pointers = [], [], [], []
     for i, size in enumerate(tape.inputs):
@@ -154,9 +170,16 @@ def _text(tape: Tape, lanes: lane.Lanes) -> tuple[str, dict[str, str]]:
 """)
         pointers.append(f"ptr %t{j}")
         slot += _room(size, lanes.width)
-    lines.append("define void @rows(ptr %inputs, ptr %strides, ptr %outputs, ptr noalias %scratch, i64 %blocks) nounwind #0 {\n")
+    lines.append(
+        "define void @rows(ptr %inputs, ptr %strides, ptr %outputs, ptr noalias %scratch, i64 %blocks) nounwind #0 {\n"
+    )
     lines += [*setup, "  %some = icmp sgt i64 %blocks, 0\n  br i1 %some, label %block, label %end\n"]
-    lines += ["block:\n  %n = phi i64 [0, %0], [%next, %block]\n", *before, f"  call void @row({', '.join(pointers)})\n", *after]
+    lines += [
+        "block:\n  %n = phi i64 [0, %0], [%next, %block]\n",
+        *before,
+        f"  call void @row({', '.join(pointers)})\n",
+        *after,
+    ]
     lines.append("""  %next = add i64 %n, 1
   %more = icmp ult i64 %next, %blocks
   br i1 %more, label %block, label %end

@@ -43,7 +43,9 @@ class Signal:
     def __post_init__(self):
         where = f"signal {self.name}"
         if self.kind not in KINDS:
-            raise InputError("the kind of a signal is unknown", where=where, value=self.kind, cure=did_you_mean(self.kind, KINDS))
+            raise InputError(
+                "the kind of a signal is unknown", where=where, value=self.kind, cure=did_you_mean(self.kind, KINDS)
+            )
         if not isinstance(self.size, int) or self.size < 0:
             raise InputError("the size of a signal must be a whole number >= 0", where=where, value=repr(self.size))
         if self.labels is not None:
@@ -77,7 +79,9 @@ class Task:
         if not callable(self.function):
             raise InputError("a task needs a function", where=where, value=type(self.function).__name__)
         if not isinstance(self.every, int) or self.every < 1:
-            raise InputError("a task runs every 1, 2, 3 ... ticks", where=where, value=repr(self.every), cure="see period_ticks")
+            raise InputError(
+                "a task runs every 1, 2, 3 ... ticks", where=where, value=repr(self.every), cure="see period_ticks"
+            )
         if len(set(self.writes)) < len(self.writes):
             raise InputError("a task writes a signal once", where=where, value=", ".join(self.writes))
 
@@ -145,17 +149,25 @@ class Schedule:
             for name in task.writes:
                 kind = self.by_name[name].kind
                 if kind not in ("state", "wire"):
-                    raise InputError(f"writes {name}, a signal of kind {kind}", where=f"task {task.name}",
-                                     cure="only states and wires are written")
+                    raise InputError(
+                        f"writes {name}, a signal of kind {kind}",
+                        where=f"task {task.name}",
+                        cure="only states and wires are written",
+                    )
         for task in self.substep + ((self.limits,) if self.limits else ()):
             if task.every != 1:
-                raise InputError("sub-steps and limits run every tick", where=f"task {task.name}", value=f"every={task.every}")
+                raise InputError(
+                    "sub-steps and limits run every tick", where=f"task {task.name}", value=f"every={task.every}"
+                )
         for name in self.log:
             self._known(name, "log", "names")
         _distinct("logged signals", list(self.log))
         if self.limits and (len(self.limits.writes) != 1 or self.by_name[self.limits.writes[0]].kind != "wire"):
-            raise InputError("the limits task writes one wire, the limits", where=f"task {self.limits.name}",
-                             value=", ".join(self.limits.writes) or "nothing")
+            raise InputError(
+                "the limits task writes one wire, the limits",
+                where=f"task {self.limits.name}",
+                value=", ".join(self.limits.writes) or "nothing",
+            )
 
     def _known(self, name: str, where: str, verb: str):
         if name not in self.by_name:
@@ -168,14 +180,17 @@ class Schedule:
         def fresh(names, where):
             for name in names:
                 if self.by_name[name].kind == "wire" and name not in written:
-                    raise InputError(f"reads the wire {name} before a task has written it", where=where,
-                                     cure=f"order the tasks, or make {name} a state")
+                    raise InputError(
+                        f"reads the wire {name} before a task has written it",
+                        where=where,
+                        cure=f"order the tasks, or make {name} a state",
+                    )
 
         for task in self.tasks:
             fresh(task.reads, f"task {task.name}")
             written.update(task.writes)
         fresh(self.log, "log")
-        for task in self.all_tasks[len(self.tasks):]:
+        for task in self.all_tasks[len(self.tasks) :]:
             fresh(task.reads, f"task {task.name}")
             written.update(task.writes)
 
@@ -190,12 +205,19 @@ class Schedule:
         for verb, names, sizes in (("reads", task.reads, tape.inputs), ("writes", task.writes, tape.outputs)):
             expected = self.sizes(names)
             if len(expected) != len(sizes):
-                raise InputError(f"{tape.name} has {len(sizes)} {'inputs' if verb == 'reads' else 'outputs'}, the task {verb} "
-                                 f"{len(expected)} signals", where=where, value=", ".join(names) or "none")
+                raise InputError(
+                    f"{tape.name} has {len(sizes)} {'inputs' if verb == 'reads' else 'outputs'}, the task {verb} "
+                    f"{len(expected)} signals",
+                    where=where,
+                    value=", ".join(names) or "none",
+                )
             for position, (name, want, got) in enumerate(zip(names, expected, sizes, strict=True)):
                 if want != got:
-                    raise InputError(f"{verb} {name} of size {want} at position {position} of {tape.name}", where=where,
-                                     value=f"size {got}")
+                    raise InputError(
+                        f"{verb} {name} of size {want} at position {position} of {tape.name}",
+                        where=where,
+                        value=f"size {got}",
+                    )
         return tape
 
 
@@ -204,8 +226,11 @@ def period_ticks(period: float, base: float) -> int:
     ratio = period / base if base > 0 and math.isfinite(period) else math.nan
     # 1e-9: a period read from a file in other units ("0.9 ms") is off by rounding only, 1e-16 relative
     if not (ratio >= 0.5 and abs(ratio - round(ratio)) <= 1e-9 * ratio):
-        raise InputError(f"the period of a task must be a multiple of the base tick of {base:g} s", value=f"{period:g} s",
-                         cure="choose a base tick that divides all periods")
+        raise InputError(
+            f"the period of a task must be a multiple of the base tick of {base:g} s",
+            value=f"{period:g} s",
+            cure="choose a base tick that divides all periods",
+        )
     return round(ratio)
 
 

@@ -43,7 +43,9 @@ class Simulation:
         self._fill("state", states or {}, lambda x: ~np.isfinite(x), "must be finite")
         self._kept = _aligned((self._groups, layout.states.stop - layout.states.start, width))
         self._kept[:] = self._ws[:, layout.states]
-        for run in range(self._groups * width):  # what fills the last group is a copy of the last run that nobody asks for
+        for run in range(
+            self._groups * width
+        ):  # what fills the last group is a copy of the last run that nobody asks for
             group, lane = divmod(run, width)
             key = noise.run_key(seed, first_run + min(run, self.runs - 1))
             self._words[group, :2, lane] = -(run < self.runs), np.uint64(key).astype(np.int64)
@@ -129,7 +131,9 @@ class Simulation:
             if bad.any():
                 index = int(np.argmax(bad))
                 tick = self.tick + i
-                return Stop(tick, tick * schedule.period, reason, name, index, signal.label(index), float(values[index]))
+                return Stop(
+                    tick, tick * schedule.period, reason, name, index, signal.label(index), float(values[index])
+                )
         raise AssertionError("a run failed without a cause")  # engine and this page disagree: a mistake of ours
 
     def _tables(self, n: int, inputs: dict) -> list[np.ndarray]:
@@ -139,14 +143,20 @@ class Simulation:
         for signal in signals:
             table = np.ascontiguousarray(inputs[signal.name], np.float64)
             if table.shape != (n, signal.size) and not (signal.size == 1 and table.shape == (n,)):
-                raise InputError(f"the table must have shape {(n, signal.size)}", where=f"input {signal.name}",
-                                 value=str(table.shape))
+                raise InputError(
+                    f"the table must have shape {(n, signal.size)}",
+                    where=f"input {signal.name}",
+                    value=str(table.shape),
+                )
             table = table.reshape(n, signal.size)
             bad = np.argwhere(~np.isfinite(table))
             if len(bad):
                 row, entry = bad[0]
-                raise InputError("the table must be finite", where=f"input {signal.name}",
-                                 value=f"{table[row, entry]} in row {row}, {signal.label(int(entry))}")
+                raise InputError(
+                    "the table must be finite",
+                    where=f"input {signal.name}",
+                    value=f"{table[row, entry]} in row {row}, {signal.label(int(entry))}",
+                )
             tables.append(table)
         return tables
 
@@ -160,14 +170,21 @@ class Simulation:
                 values = np.array(given[signal.name], np.float64)
             except (TypeError, ValueError):
                 raise InputError("must be numbers", where=where, value=type(given[signal.name]).__name__) from None
-            if values.shape not in ((signal.size,), (self.runs, signal.size)) and not (signal.size == 1 and values.ndim == 0):
-                raise InputError(f"must have shape {(signal.size,)} or {(self.runs, signal.size)}", where=where,
-                                 value=str(values.shape))
+            if values.shape not in ((signal.size,), (self.runs, signal.size)) and not (
+                signal.size == 1 and values.ndim == 0
+            ):
+                raise InputError(
+                    f"must have shape {(signal.size,)} or {(self.runs, signal.size)}",
+                    where=where,
+                    value=str(values.shape),
+                )
             values = np.broadcast_to(values, (self.runs, signal.size))
             bad = np.argwhere(wrong(values))
             if len(bad):
                 run, entry = bad[0]
-                raise InputError(rule, where=where, value=f"{values[run, entry]} for {signal.label(int(entry))} of run {run}")
+                raise InputError(
+                    rule, where=where, value=f"{values[run, entry]} for {signal.label(int(entry))} of run {run}"
+                )
             lanes = values[padded].reshape(self._groups, self.kernel.lanes, signal.size)
             self._ws[:, self.kernel.layout.at(signal.name, signal.size)] = lanes.transpose(0, 2, 1)
 

@@ -102,15 +102,24 @@ def trace(function: ca.Function) -> Tape:
     """The tape of a function over SX.  InputError for free symbols and for what is no arithmetic (calls, printing)."""
     name = function.name()
     if not function.is_a("SXFunction"):
-        raise InputError(f"{name} is no function over SX", value=function.class_name(), cure="write it with SX, or expand() it")
+        raise InputError(
+            f"{name} is no function over SX", value=function.class_name(), cure="write it with SX, or expand() it"
+        )
     if function.has_free():
-        raise InputError(f"{name} depends on symbols that are no inputs", value=", ".join(map(str, function.get_free())))
+        raise InputError(
+            f"{name} depends on symbols that are no inputs", value=", ".join(map(str, function.get_free()))
+        )
     inputs = [function.sparsity_in(i) for i in range(function.n_in())]
     outputs = [function.sparsity_out(j) for j in range(function.n_out())]
     numbers, results = _number(function, [_dense(s) for s in inputs], [_dense(s) for s in outputs], outputs)
     nodes, results = _share_reciprocals(*_live(numbers.nodes, results))
-    return Tape(name, tuple(s.numel() for s in inputs), tuple(s.numel() for s in outputs), tuple(nodes),
-                tuple(tuple(r) for r in results))
+    return Tape(
+        name,
+        tuple(s.numel() for s in inputs),
+        tuple(s.numel() for s in outputs),
+        tuple(nodes),
+        tuple(tuple(r) for r in results),
+    )
 
 
 def _dense(sparsity) -> list[int]:
@@ -154,8 +163,11 @@ def _number(function, places_in, places_out, outputs):
 
 
 def _unknown(function, opcode: int) -> InputError:
-    return InputError(f"{function.name()} has an operation that no kernel computes", value=ops.opcode_name(opcode),
-                      cure="write it without never_inline and printme")
+    return InputError(
+        f"{function.name()} has an operation that no kernel computes",
+        value=ops.opcode_name(opcode),
+        cure="write it without never_inline and printme",
+    )
 
 
 def _live(nodes, results):
@@ -212,11 +224,21 @@ def _erfinv(numbers: _Numbers, x: int) -> int:
 
     size = add("fabs", x)
     square = add("sq", x)
-    middle = add("mul", x, add("div", polynomial(square, (-0.140543331, 0.914624893, -1.645349621, 0.886226899)),
-                               polynomial(square, (-0.329097515, 0.012229801, 1.442710462, -2.118377725, 1.0))))
+    middle = add(
+        "mul",
+        x,
+        add(
+            "div",
+            polynomial(square, (-0.140543331, 0.914624893, -1.645349621, 0.886226899)),
+            polynomial(square, (-0.329097515, 0.012229801, 1.442710462, -2.118377725, 1.0)),
+        ),
+    )
     z = add("sqrt", add("neg", add("log", add("div", add("sub", const(1.0), size), const(2.0)))))
-    tail = add("div", polynomial(z, (1.641345311, 3.429567803, -1.624906493, -1.970840454)),
-               polynomial(z, (1.637067800, 3.543889200, 1.0)))
+    tail = add(
+        "div",
+        polynomial(z, (1.641345311, 3.429567803, -1.624906493, -1.970840454)),
+        polynomial(z, (1.637067800, 3.543889200, 1.0)),
+    )
     low = add("lt", x, const(-0.7))
     near = add("lt", x, const(0.7))
     y = add("add", choose(near, middle), choose(add("not", near), tail))

@@ -11,6 +11,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
+from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
 from ..kernel.rows import compile_rows
 from ..mechanics.linear import solve_spd, solve_square_transposed
@@ -21,13 +22,14 @@ class Arrays:
 
     def __init__(self, machine):
         self.machine = machine
+        self.shape = Shape(machine)
 
     def run(self, name: str, *columns) -> list[np.ndarray]:
         """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes."""
         arrays = [np.asarray(column, float) for column in columns]
         lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
         rows = [np.ascontiguousarray(np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1])) for a in arrays]
-        out = _compiled(name, _Key(self.machine))(self.machine.theta, *rows)
+        out = _compiled(name, self.shape)(self.machine.theta, *rows)
         return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
 
 
@@ -69,24 +71,9 @@ def check_determinant(ratio: np.ndarray, least: float) -> None:
         )
 
 
-class _Key:
-    """A machine's structure as a cache key: equal for machines that differ in numbers only."""
-
-    def __init__(self, machine):
-        self.machine = machine
-        friction = getattr(machine, "friction", None)
-        self.key = (type(machine), machine.names, type(friction))
-
-    def __hash__(self):
-        return hash(self.key)
-
-    def __eq__(self, other):
-        return self.key == other.key
-
-
 @lru_cache(maxsize=256)
-def _compiled(name: str, key: _Key):
-    return compile_rows(row_function(name, key.machine))
+def _compiled(name: str, shape: Shape):
+    return compile_rows(row_function(name, shape.part))
 
 
 def row_function(name: str, m) -> ca.Function:

@@ -105,7 +105,7 @@ class LuGre(Friction):
     def advance(p, v, z, h):
         """The memory after h seconds with the speed v held, eq. (5).  (n,) m."""
         x = p.stiffness * ca.fabs(v) / level(p, v) * h
-        small = x < 1e-6  # phi by its series there: the next term, x^2 / 6, is below rounding
+        small = x < 1e-8  # phi by its series there: the next term, x^2 / 6, is below rounding
         phi = ca.if_else(small, 1 - x / 2, -ca.expm1(-x) / ca.if_else(small, 1, x))
         return z * ca.exp(-x) + v * h * phi
 

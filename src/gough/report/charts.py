@@ -16,6 +16,7 @@ from ..log import Log
 from .prepare import (
     LIMIT,
     Circle,
+    circle_numbers,
     circles,
     human,
     magnification,
@@ -143,7 +144,7 @@ def forces(log: Log) -> dict[str, Any]:
         data.append(_line(log.t[rows], y[rows], f"{i + 1}", COLOURS[i % 6], 1.0)
                     | {"hovertemplate": f"strut {i + 1}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"})
     layout = _layout("time [s]", f"force [{scale.unit}]", 360) | {"shapes": _bands(log)}
-    layout["legend"] |= {"title": {"text": "strut"}, "entrywidth": 26}
+    layout["legend"] |= {"title": {"text": "strut "}, "itemwidth": 30, "entrywidth": 16}
     layout["xaxis"] |= _extent([log])
     return {"data": data, "layout": layout}
 
@@ -188,10 +189,11 @@ def escape(text: str) -> str:
 
 
 def common_circles(logs: list[Log], names: list[str]) -> list[list[tuple[int, str, Circle]]]:
-    """The circles of all logs, those of one number and radius together: [(index of the log, its name, circle), ...]."""
+    """The circles worth a picture, of all logs, by number and radius: [(index of the log, its name, circle), ...]."""
+    worth = circle_numbers(logs)
     groups: dict[tuple, list[tuple[int, str, Circle]]] = {}
     for i, (log, name) in enumerate(zip(logs, names, strict=True)):
-        for found in circles(log):
+        for found in (c for c in circles(log) if c.number in worth):
             groups.setdefault((found.number, round(found.radius, 9)), []).append((i, name, found))
     return [groups[key] for key in sorted(groups)]
 

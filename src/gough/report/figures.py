@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from .. import log_text
 from ..errors import LogError
 from ..files import write_atomic
 from ..log import Log
@@ -20,6 +19,7 @@ from ..names import slug
 from . import style
 from .prepare import (
     as_logs,
+    circle_numbers,
     circles,
     human,
     labels,
@@ -35,6 +35,7 @@ from .prepare import (
 )
 
 DPI = 150
+MOST_CIRCLES = 12
 
 
 def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
@@ -58,9 +59,9 @@ def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
         level = -(0.04 + 0.045 * i) * (top or 1.0)
         ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, markeredgewidth=0.8,
                 color=drawn[i].get_color())
-    title = f"Contour error: {log_text.title(logs[0])}" if len(logs) == 1 else "Contour error"
+    title = f"Contour error: {_whose(logs[0])}" if len(logs) == 1 else "Contour error"
     style.label(ax, title, "time [s]", f"contour error [{scale.unit}]")
-    style.legend(ax, loc="upper right", ncols=max(1, len(logs)))
+    style.legend_above(ax)
     _failed(logs, ax)
     return ax
 
@@ -71,7 +72,6 @@ def path(log: Log, ax: Any = None) -> Any:
     from matplotlib.colors import LinearSegmentedColormap
 
     _need(log, "x", "contour_error")
-    new = ax is None
     ax = ax or style.new_axes((6.4, 5.6))
     p = tip(log)
     plane = plane_of([p])
@@ -87,11 +87,11 @@ def path(log: Log, ax: Any = None) -> Any:
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
     first, second = plane.label
-    style.label(ax, f"Path: {log_text.title(log)}", f"{first} [{length.unit}]", f"{second} [{length.unit}]")
+    style.label(ax, f"Path: {_whose(log)}", f"{first} [{length.unit}]", f"{second} [{length.unit}]")
     bar = ax.figure.colorbar(lines, ax=ax, shrink=0.8)
-    bar.set_label(f"contour error [{scale.unit}]", fontsize=9.5, color=style.INK)
-    if new:
-        bar.outline.set_visible(False)
+    bar.set_label(f"contour error [{scale.unit}]", fontsize=9, color=style.INK)
+    bar.ax.tick_params(labelsize=8.5, colors="#5a646e")
+    bar.outline.set_visible(False)
     _failed([log], ax)
     return ax
 
@@ -170,7 +170,7 @@ def save_all(logs: Log | Iterable[Log], folder: str | Path) -> list[Path]:
     having = [log for log in logs if "contour_error" in log]
     if having:
         drawn.append(("contour_error", lambda: contour_error(having)))
-    for number in sorted({c.number for log in logs for c in circles(log)}):
+    for number in circle_numbers(logs)[:MOST_CIRCLES]:
         drawn.append((f"circle_{number}", lambda number=number: circle(logs, number)))
     for log, name in zip(logs, labels(logs), strict=True):
         for figure, needed in (
@@ -207,10 +207,18 @@ def _joints(
         y = scale.times * data[:, i]
         rows = thin(y)
         ax.plot(log.t[rows], y[rows], label=f"{i + 1}", linewidth=0.8)
-    style.label(ax, f"{title}: {log_text.title(log)}", "time [s]", f"{what} [{scale.unit}]")
-    style.legend(ax, loc="upper right", ncols=max(1, data.shape[1]), title=None)
+    style.label(ax, f"{title}: {_whose(log)}", "time [s]", f"{what} [{scale.unit}]")
+    style.legend_above(ax)
     _failed([log], ax)
     return ax
+
+
+def _whose(log: Log) -> str:
+    """The controller and the program, no longer than leaves room for a legend."""
+    program = log.info.get("program")
+    name = str(program.get("name") or "") if isinstance(program, dict) else ""
+    text = ", ".join(filter(None, [human(labels([log])[0]), name]))
+    return text if len(text) <= 48 else text[:47] + "…"
 
 
 def _uncounted(log: Log, ax: Any) -> None:

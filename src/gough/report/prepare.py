@@ -149,6 +149,12 @@ class Circle(NamedTuple):
     error: np.ndarray
     axes: tuple[str, str]  # of W, to the right and up on the paper, nearly
 
+    @property
+    def full(self) -> bool:
+        """Whether it was driven nearly all round: more than 340 degrees of rows with finite numbers."""
+        angle = np.unwrap(self.angle[np.isfinite(self.angle)])
+        return bool(len(angle)) and float(np.ptp(angle)) > np.deg2rad(340)
+
 
 def circles(log: Log) -> list[Circle]:
     """The circles of a log that have rows."""
@@ -167,6 +173,12 @@ def circles(log: Log) -> list[Circle]:
                    angle, log["radial_error"][rows], axes)
         )
     return out
+
+
+def circle_numbers(logs: Iterable[Log]) -> list[int]:
+    """Numbers of the circles worth a picture: the full ones; if there is none, the arcs."""
+    found = [circle for log in logs for circle in circles(log)]
+    return sorted({c.number for c in found if c.full} or {c.number for c in found})
 
 
 # right on the paper for a circle seen against the x, y or z axis, so that z is up where it can be

@@ -59,6 +59,13 @@ def legend(ax: Any, **options: Any) -> None:
     ax.legend(fontsize=style["legend.fontsize"], frameon=style["legend.frameon"], **options)
 
 
+def legend_above(ax: Any) -> None:
+    """A legend in one row over the right end of the axes, where no line is."""
+    ncols = max(1, len(ax.get_legend_handles_labels()[1]))
+    legend(ax, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=ncols, borderaxespad=0.2, handlelength=1.2,
+           columnspacing=1.2)
+
+
 def verbatim(text: str) -> str:
     """A text from outside for matplotlib: a dollar is a dollar, not the start of a formula."""
     return text.replace("$", r"\$")

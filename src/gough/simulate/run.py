@@ -123,8 +123,8 @@ class _Job:
             x0 = self.true.forward_kinematics(self.row.q, near=x0)
         u0 = self.true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), self.plant.wrench)
         state = self.law.init(self.row, u0)
-        self.tick = tick.build(self.true, self.law, state, self.row, self.run_part.period, self.substeps)
-        schedule = self.tick.schedule
+        self.state = state
+        schedule = tick.build(self.true, self.law, state, self.row, self.run_part.period, self.substeps)
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
             {"theta_plant": self.true.theta, "theta_law": self.law.theta, "wrench": self.plant.wrench},
@@ -203,7 +203,7 @@ class _Job:
         }  # fmt: skip
         found |= {name: row[name][part] for name in ("q", "q_m", "u_c", "u", "friction", "saturated")}
         found |= {name: value[part] for name, value in contour._asdict().items()}
-        for name, where in fields(self.tick.state).items():
+        for name, where in fields(self.state).items():
             owner, values = "controller." + name, row["law"][part][:, where]
             found[name if name.startswith("observer.") else owner] = values[:, 0] if values.shape[1] == 1 else values
         if "memory" in row:

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import math
 import warnings
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 
+from ..declare import Shape
 from ..errors import ExperimentError
 from ..kernel.pack import flatten
 from . import tick
@@ -31,14 +33,19 @@ def fastest_pole(machine) -> float:
     """Largest magnitude of the poles of the plant at home with friction, rad/s."""
     n = machine.joints_count
     memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
-    p, theta, z, v, mem = tick._symbols(machine, memory)
-    u = ca.SX.sym("u", n)
-    zd, vd = tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6))
-    y = ca.vertcat(z, v)
-    A = ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(ca.vertcat(zd, vd), y)])
-    z0 = _home(machine)
     u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
-    return float(np.abs(np.linalg.eigvals(np.array(A(machine.theta, z0, np.zeros(v.shape), np.zeros(memory), u0)))).max())
+    A = _linearised(Shape(machine))(machine.theta, _home(machine), np.zeros(len(machine.velocities)), np.zeros(memory), u0)
+    return float(np.abs(np.linalg.eigvals(np.array(A))).max())
+
+
+@lru_cache(maxsize=64)
+def _linearised(shape: Shape) -> ca.Function:
+    machine = shape.part
+    n = machine.joints_count
+    p, theta, z, v, mem = tick._symbols(machine, n * (machine.friction.memory_per_joint if machine.friction else 0))
+    u = ca.SX.sym("u", n)
+    rates = tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6))
+    return ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(ca.vertcat(*rates), ca.vertcat(z, v))])
 
 
 def choose_substeps(machine, period: float, given: int | None = None) -> int:
@@ -73,7 +80,7 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
     state = law.init(rest, u0)
-    schedule = tick.build(quiet, law, state, rest, period, substeps).schedule
+    schedule = tick.build(quiet, law, state, rest, period, substeps)
     fixed = {"theta_plant": quiet.theta, "theta_law": law.theta, "wrench": np.zeros(6), "reference": flatten(rest)}
     states = {"z": _home(quiet), "v": np.zeros(len(quiet.velocities)), "memory": np.zeros(0), "law": flatten(state), "u": u0, "waiting": u0}
     names = [name for name, value in states.items() if np.size(value)]

@@ -12,12 +12,13 @@ The memory inside RK4 would be stiff at high speed and gives NaN at these steps;
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
 
 from ..control.base import Controller, Measurement
+from ..declare import Shape
 from ..frames import rotation_of_abc_np
 from ..kernel import Schedule, Signal, Task
 from ..kernel.pack import flatten, names, symbols, unflatten
@@ -27,22 +28,33 @@ from ..program.reference import Reference
 from .drive import drive, encoder
 
 
-class Tick(NamedTuple):
-    """The schedule of one tick and what is needed to start it."""
-
-    schedule: Schedule
-    state: NamedTuple  # the law's first state
-    template: Reference  # a row of the reference, by name
-
-
 LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 
 
-def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Tick:
+def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Schedule:
     """The schedule for the true `machine` under `law` whose first state is `state`.
 
-    `reference` is any row; only its sizes matter.
+    `reference` is any row; of it, and of `state`, only names and sizes matter, of machine and law only the structure.
     """
+    return _built(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps)
+
+
+class _Template:
+    """A NamedTuple as a key: equal for those with the same names."""
+
+    def __init__(self, value):
+        self.value, self.key = value, (type(value), names(value))
+
+    def __hash__(self):
+        return hash(self.key)
+
+    def __eq__(self, other):
+        return self.key == other.key
+
+
+@lru_cache(maxsize=64)
+def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int) -> Schedule:
+    machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
     memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
     noisy = machine.drive.noise is not None
@@ -73,7 +85,7 @@ def build(machine: Machine, law: Controller, state, reference: Reference, period
         Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law")),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
-    schedule = Schedule(
+    return Schedule(
         signals,
         tasks,
         _substep(machine, memory, period / substeps),
@@ -82,7 +94,6 @@ def build(machine: Machine, law: Controller, state, reference: Reference, period
         LOGGED + ("law",) + (("memory",) if memory else ()),
         period,
     )
-    return Tick(schedule, state, reference)
 
 
 def rest_row(machine: Machine, x: np.ndarray) -> Reference:

@@ -1,0 +1,1 @@
+"""Timings beside real peers, in one run, interleaved.  Never in the tests."""

@@ -1,0 +1,18 @@
+"""A machine with one joint for each task coordinate: what the program asks is what the joints do."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+
+def identity_machine(home=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)):
+    feed = SimpleNamespace(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
+    return SimpleNamespace(
+        home=np.array(home), feed=feed, joints_count=6, joint_motion=lambda x, xd, xdd: (x, xd, xdd)
+    )
+
+
+@pytest.fixture
+def machine():
+    return identity_machine()

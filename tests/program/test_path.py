@@ -1,0 +1,88 @@
+"""Paths: what they refuse, their circles, their size."""
+
+import time
+
+import numpy as np
+import pytest
+
+from gough.errors import ProgramError
+from gough.program.blocks import Arc, Block, Line, Rest
+from gough.program.feed import Feed, Limits
+from gough.program.path import Path
+
+LINE = Line((0, 0, 0), (0.1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    "blocks, message",
+    [
+        ([], "a path has at least one block"),
+        ([Block(LINE, feed=0.0, line=3)], "3: the feed must be above 0, got 0"),
+        ([Block(LINE, feed=-1.0, line=3)], "3: the feed must be above 0, got -1"),
+        ([Block(Line((0, 0, 0), (0, 0, 0)), feed=1.0, line=7)], "7: a move has no length, got 0 m"),
+        ([Block(Line((0, 0, 0), (float("nan"), 0, 0)), feed=1.0, line=7)], "7: a block must have finite numbers"),
+        ([Block(Line((0, 0, 0), (float("inf"), 0, 0)), feed=1.0)], "a block must have finite numbers"),
+        ([Block(LINE, feed=float("nan"))], "a block must have finite numbers"),
+        ([Block(Arc((1, 0, 0), (1, 0, 5), (0, 0, 1), 1.0), feed=1.0)], "an arc must have a radius and a sweep above 0"),
+        ([Block(Arc((1, 0, 0), (0, 0, 0), (0, 0, 1), 0.0), feed=1.0)], "an arc must have a radius and a sweep above 0"),
+        (
+            [Block(LINE, feed=1.0, line=1), Block(Line((0.2, 0, 0), (0.3, 0, 0)), feed=1.0, line=2)],
+            "2: a block must start where the last one ended, got a gap of 0.1 m",
+        ),
+        (
+            [Block(LINE, (0, 0, 0), (0, 0, 0), 1.0), Block(Rest((0.1, 0, 0)), (0, 0, 0.1), (0, 0, 0), 1.0, line=5)],
+            "5: a block must start with the angles the last one ended with",
+        ),
+    ],
+)
+def test_a_path_that_cannot_be_run_is_refused(blocks, message):
+    with pytest.raises(ProgramError) as caught:
+        Path(blocks)
+    assert str(caught.value) == message
+
+
+def test_arcs_on_one_circle_are_one_circle():
+    """CAM systems split a circle into halves or quarters."""
+    quarter = [
+        Arc((0.1 * np.cos(a), 0.1 * np.sin(a), 0), (0, 0, 0), (0, 0, 1), np.pi / 2) for a in np.arange(4) * np.pi / 2
+    ]
+    path = Path([Block(arc, feed=0.05, line=k) for k, arc in enumerate(quarter, 21)])
+    np.testing.assert_array_equal(path.circle, [1, 1, 1, 1])
+    (circle,) = path.circles
+    assert (circle.id, circle.line, circle.ccw, circle.radius) == (1, 21, True, pytest.approx(0.1, rel=1e-15))
+    assert Path([Block(arc, feed=0.05) for arc in quarter[:3]]).circles == []
+
+
+def test_a_helix_and_a_rapid_are_no_circles():
+    turn = Arc((0.1, 0, 0), (0, 0, 0), (0, 0, 1), 2 * np.pi, 0.01)
+    assert Path([Block(turn, feed=0.05)]).circles == []
+
+
+def test_a_clockwise_circle_says_so():
+    turn = Arc((0.1, 0, 0), (0, 0, 0), (0, 0, 1), -2 * np.pi)
+    (circle,) = Path([Block(turn, feed=0.05, line=4)]).circles
+    assert circle.to_json() == {
+        "id": 1, "line": 4, "center": [0.0, 0.0, 0.0], "radius": 0.1, "normal": [0.0, 0.0, -1.0], "feed": 0.05,
+        "ccw": False,
+    }  # fmt: skip
+
+
+def test_a_placed_path_keeps_its_lengths_and_places_its_circles():
+    turn = Arc((0.1, 0, 0), (0, 0, 0), (0, 0, 1), 2 * np.pi)
+    path = Path([Block(turn, feed=0.05)])
+    R = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    placed = path.placed([1, 2, 3], R)
+    assert placed.s0[-1] == path.s0[-1]
+    np.testing.assert_allclose(placed.circles[0].center, [1, 2, 3], atol=1e-15)
+    np.testing.assert_allclose(placed.circles[0].normal, R[:, 2], atol=1e-15)
+    np.testing.assert_array_equal(path.R_WO, np.eye(3))  # the first is as it was
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_lines_are_planned_in_seconds():
+    rng = np.random.default_rng(0)
+    points = np.cumsum(rng.normal(size=(100_001, 3)) * 1e-4, axis=0)
+    start = time.process_time()
+    path = Path([Block(Line(tuple(a), tuple(b)), feed=0.05) for a, b in zip(points[:-1], points[1:], strict=True)])
+    Feed(path, Limits(0.3, 2.0, 1.0, 5.0))
+    assert time.process_time() - start < 8  # the budget of the issue for reading and planning is 15 s
