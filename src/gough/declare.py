@@ -225,6 +225,18 @@ class Part(BaseModel):
 
     # -- equality, change, text -------------------------------------------------------------------------------
 
+    def __repr__(self) -> str:
+        shown = []
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray) and value.size > 6:
+                shown.append(f"{name}=<{_shape(value.shape)}>")
+            elif not is_default(self, name) and not isinstance(value, dict):
+                shown.append(f"{name}={value.tolist() if isinstance(value, np.ndarray) else value!r}")
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    __str__ = __repr__
+
     def _content(self) -> tuple:
         out: list = [type(self).__module__, type(self).__qualname__]
         for name in type(self).model_fields:

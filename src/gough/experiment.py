@@ -15,11 +15,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from .errors import ExperimentError, InputError, Problem, did_you_mean, nearest
+from . import experiment_parts as parts
+from .errors import ExperimentError, InputError, Problem, did_you_mean
+from .experiment_parts import Controller
 from .files import Document, read_toml
-from .laws import START, law_class, laws
+from .laws import START
 from .machine import sheet
 from .names import slug
 
@@ -30,13 +32,6 @@ if TYPE_CHECKING:
 SCHEMA = "gough-experiment-1"
 TABLES = ("machine", "plant", "program", "controller", "run", "sweep")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
-
-
-class Controller(NamedTuple):
-    """One law of an experiment."""
-
-    kind: str
-    law: Any
 
 
 @dataclass(frozen=True)
@@ -120,6 +115,9 @@ def _changed(document: Document, machine: str | None, kinds: list[str], seed: in
         # a path of the command line starts at the working directory, one of the file at the file's folder
         place = str(sheet.find(machine).absolute()) if "/" in machine or machine.endswith(".toml") else machine
         data["machine"] = {**_table(data.get("machine")), "use": place}
+    elif isinstance(document, _CommandLine):
+        cure = f"give one of {', '.join(sheet.library())}, or a data sheet (.toml)"
+        raise ExperimentError("is missing", key="--machine", cure=cure)
     if kinds:
         given = data.get("controller")
         tables = [t for t in given if isinstance(t, Mapping)] if isinstance(given, list) else []
@@ -154,13 +152,15 @@ class _Builder:
         if "sweep" in self.data:
             cure = "remove the table"
             self._note([Problem("sweeps are not in this version of gough", key="sweep", cure=cure)])
-        machine = self._make("machine", _machine, self.folder)
-        plant = self._make("plant", _plant, machine) if machine and "plant" in self.data else None
-        program = self._make("program", _program, self.folder)
+        known = self._make("machine", parts.sheet_machine, self.folder)
+        machine = self._make("machine", parts.believed, known) if known else None
+        plant = self._make("plant", parts.plant_of, machine or known) if known and "plant" in self.data else None
+        program = self._make("program", parts.program_of, self.folder)
         controllers = self._controllers()
-        run = self._make("run", _run) if "run" in self.data else _run({})
+        run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
         if self.problems:
-            raise ExperimentError(problems=self.problems)
+            here = str(self.document.path)
+            raise ExperimentError(problems=sorted(self.problems, key=lambda p: (p.file != here, p.line or 0)))
         name = slug(self.document.path.stem)
         return Experiment(name, machine, plant, program, tuple(controllers), run, self.document)
 
@@ -172,9 +172,9 @@ class _Builder:
         """What `make` makes of the table at `key`; None and problems noted if it is wrong."""
         table = self.data.get(key)
         if table is None:
-            self._note([Problem("the table is missing", key=key, cure=_EXAMPLES[key])])
+            self._note([Problem("the table is missing", key=key, cure=parts.EXAMPLES[key])])
         elif not isinstance(table, Mapping):
-            self._note([Problem("must be a table", key=key, value=_brief(table), cure=_EXAMPLES[key])])
+            self._note([Problem("must be a table", key=key, value=parts.brief(table), cure=parts.EXAMPLES[key])])
         else:
             try:
                 return make(table, *more)
@@ -187,113 +187,13 @@ class _Builder:
         if isinstance(tables, Mapping):
             self._note([Problem("must be an array of tables", key="controller", cure="write [[controller]]")])
         elif not isinstance(tables, list) or not tables:
-            self._note([Problem("the table is missing", key="controller", cure=_EXAMPLES["controller"])])
+            self._note([Problem("the table is missing", key="controller", cure=parts.EXAMPLES["controller"])])
         else:
             made = []
             for i, table in enumerate(tables):
                 try:
-                    made.append(controller_of(table))
+                    made.append(parts.controller_of(table))
                 except InputError as error:
                     self._note(list(error.problems), f"controller.{i}")
             return made
         return []
-
-
-_EXAMPLES = {
-    "machine": 'write [machine] and use = "nist-octahedral"',
-    "plant": 'write [plant] and e.g. payload = "20 kg"',
-    "program": 'write [program] and file = "part.ngc"',
-    "controller": 'write [[controller]] and kind = "pid"',
-    "run": 'write [run] and e.g. period = "1 ms"',
-}
-
-
-def controller_of(table: Any) -> Controller:
-    """The law that a [[controller]] table describes.
-
-    Raises
-    ------
-    InputError
-        no such kind, or a wrong key; `key` is set, file and line are not.
-    """
-    if not isinstance(table, Mapping):
-        raise ExperimentError("must be a table", value=_brief(table), cure=_EXAMPLES["controller"])
-    if "kind" not in table:
-        raise ExperimentError("is missing", key="kind", cure=f"one of {', '.join(laws())}")
-    kind = table["kind"]
-    law = law_class(kind)
-    if "machine" in table:
-        raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
-    has_kind = "kind" in law.model_fields
-    return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
-
-
-def _machine(table: Mapping[str, Any], folder: Path) -> Machine:
-    use = table.get("use")
-    if not isinstance(use, str):
-        rule = "must be a text" if "use" in table else "is missing"
-        cure = f"write a path or one of {', '.join(sheet.library())}"
-        raise ExperimentError(rule, key="use", value=_brief(use) if "use" in table else None, cure=cure)
-    try:
-        path = sheet.find(use, folder)
-    except InputError as error:
-        raise error.at(key="use") from None
-    if not path.exists():
-        raise ExperimentError("no such file", key="use", value=ascii(str(path)))
-    machine = sheet.load_machine(path)
-    changes = {key: raw for key, raw in table.items() if key != "use"}
-    return sheet.overridden(machine, changes) if changes else machine
-
-
-def _plant(table: Mapping[str, Any], machine: Machine) -> Any:
-    from .simulate.plant import Plant
-
-    own = [name for name in Plant.model_fields if name != "machine"]
-    theirs = {key: raw for key, raw in table.items() if key.partition(".")[0] not in own}
-    problems, true = [], machine
-    try:
-        true = sheet.overridden(machine, theirs)
-    except InputError as error:
-        for problem in error.problems:
-            near = nearest(problem.key or "", own)
-            if near and problem.rule == "no such key":
-                problem = Problem(problem.rule, key=problem.key, cure=f"did you mean {near}?")
-            problems.append(problem)
-    try:
-        plant = Plant.from_file({"machine": true, **{key: raw for key, raw in table.items() if key not in theirs}})
-    except InputError as error:
-        problems += error.problems
-    if problems:
-        raise ExperimentError(problems=problems)
-    return plant
-
-
-def _program(table: Mapping[str, Any], folder: Path) -> Any:
-    from .program import program_from_table
-
-    return program_from_table(dict(table), folder)
-
-
-def _run(table: Mapping[str, Any]) -> Run:
-    from .log_build import VARIABLES
-    from .simulate.run import Run
-
-    run = Run.from_file(table)
-    problems = [
-        Problem(
-            "the log has no such variable",
-            key=f"signals.{i}",
-            value=ascii(name)[:60],
-            cure=did_you_mean(name, VARIABLES),
-        )
-        for i, name in enumerate(run.signals or ())
-        if name not in VARIABLES and not name.startswith(("controller.", "observer.", "plant."))
-    ]
-    if problems:
-        raise ExperimentError(problems=problems)
-    return run
-
-
-def _brief(value: Any) -> str:
-    text = ascii(value)
-    return text if len(text) <= 60 else text[:57] + "..."

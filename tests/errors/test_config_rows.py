@@ -7,9 +7,7 @@ import time
 
 import pytest
 
-from ..conftest import EXPERIMENT, SHEET
-
-CIRCLE = 'kind = "circle"\nradius = "20 mm"\nfeed = "6 m/min"'
+from sample_files import CIRCLE, EXPERIMENT, SHEET
 
 # -- C1: malformed, wrong type, unknown, missing, twice ----------------------------------------------------------------
 
@@ -38,7 +36,8 @@ C1 = {
     "a key given twice": (
         {'mass = "120 kg"': 'mass = "120 kg"\nmass = "121 kg"'},
         [
-            "7: not valid TOML at column 16: cannot overwrite a value; mass stands in line 6 already: keep one of the two"
+            "7: not valid TOML at column 16: cannot overwrite a value; "
+            "mass stands in line 6 already: keep one of the two"
         ],
     ),
     "a quantity without quotes": (
@@ -79,19 +78,20 @@ def test_c1_all_mistakes_of_an_experiment_come_at_once(complaints):
             '"20 mm"': '"20 N"',
             'kind = "computed_torque"': 'kind = "computed_torq"',
             'kind = "pid"\nbandwidth = "10 Hz"': 'kind = "pid"\nbandwidth = "0 Hz"\nbandwith = "1 Hz"',
-            'period = "1 ms"': 'period = "1 ms"\nseed = -1\nsignals = ["x", "contour_eror"]',
+            'period = "1 ms"': 'period = "1 ms"\nseed = 1\nsignals = ["x", "contour_eror"]',
             "[program]": '[plants]\nx = 1\n[plant]\npaylod = "2 kg"\n[program]',
         },
     )
     assert found == [
-        "8: plants: no such table; did you mean plant?",
         "5: machine.platform.mas: no such key; did you mean mass?",
         "6: machine.drive.lead: '1 s' is not a quantity in m",
-        "13: program.radius: '20 N' is not a quantity in m",
-        "18: controller.0.bandwidth: must be above 0 Hz, got '0 Hz'",
-        "19: controller.0.bandwith: no such key; did you mean bandwidth?",
-        "22: controller.1.kind: no such controller, got 'computed_torq'; did you mean computed_torque?",
-        "27: run.seed: must be at least 0, got -1",
+        "8: plants: no such table; did you mean plant?",
+        "11: plant.paylod: no such key; did you mean payload?",
+        "14: program.radius: '20 N' is not a quantity in m",
+        "19: controller.0.bandwidth: must be above 0 Hz, got '0 Hz'",
+        "20: controller.0.bandwith: no such key; did you mean bandwidth?",
+        "23: controller.1.kind: no such controller, got 'computed_torq'; did you mean computed_torque?",
+        "29: run.signals.1: the log has no such variable, got 'contour_eror'; did you mean contour_error?",
     ]
 
 
@@ -181,7 +181,7 @@ C3 = {
     "nested arrays": ("a = " + "[" * 1000, "1: nested deeper than 32 levels at column 37"),
     "nested tables": ("a = " + "{ a = " * 1000, "1: nested deeper than 32 levels at column 197"),
     "20 000 dotted parts": (".".join("a" * 20_000) + " = 1", "1: nested deeper than 32 levels at column 66"),
-    "depth by header and dots": (f"[{'.'.join('a' * 30)}]\n{'.'.join('b' * 30)} = 1", "1: a.a."),
+    "depth by header and dots": (f"[{'.'.join('a' * 30)}]\n{'.'.join('b' * 30)} = 1", "2: a.a."),
     "200 000 keys": ("".join(f"k{i} = 1\n" for i in range(200_000)), " a file of this kind has at most 256 kB, got "),
     "quotes that never close": ('a = """' + '\\"""' * 60_000, "1: not valid TOML at column "),
 }

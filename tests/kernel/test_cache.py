@@ -73,8 +73,10 @@ def test_code_of_another_key_is_not_loaded(cache_folder):
     assert {result(compile(tiny(2.0))), result(compile(tiny(3.0)))} == {8.0, 27.0}
 
 
-@pytest.mark.parametrize("damage", [lambda d: d[:-7], lambda d: b"", lambda d: d[:100], lambda d: d[:-200] + bytes(200),
-                                    lambda d: b"\x7fELF" + d[4:]])  # fmt: skip
+@pytest.mark.parametrize(
+    "damage",
+    [lambda d: d[:-7], lambda d: b"", lambda d: d[:100], lambda d: d[:-200] + bytes(200), lambda d: b"\x7fELF" + d[4:]],
+)
 def test_a_damaged_file_is_compiled_anew_and_replaced(cache_folder, damage):
     compile(tiny())
     (file,) = cache_folder.glob("*.bin")
@@ -101,7 +103,7 @@ def test_code_that_needs_a_function_this_machine_lacks_is_compiled_anew(cache_fo
     compile(schedule)
     (file,) = cache_folder.glob("*.bin")
     image, notes = cache.decode(file.read_bytes(), file.stem)
-    cache.store(file.stem, image, {"symbols": {name: "no_such_function" for name in notes["symbols"]}})
+    cache.store(file.stem, image, {"symbols": dict.fromkeys(notes["symbols"], "no_such_function")})
     assert not compile(schedule).cached
 
 

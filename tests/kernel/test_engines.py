@@ -52,8 +52,10 @@ def test_the_interpreter_asked_for_warns_of_nothing():
 
 
 def test_plain_python_must_return_what_the_task_writes():
-    for wrong, message in ((lambda *a: np.zeros(2), "task law: must return 1 numbers for u, got 2"),
-                           (lambda *a: (np.zeros(1), np.zeros(1)), "task law: must return 1 arrays, got 2")):  # fmt: skip
+    for wrong, message in (
+        (lambda *a: np.zeros(2), "task law: must return 1 numbers for u, got 2"),
+        (lambda *a: (np.zeros(1), np.zeros(1)), "task law: must return 1 arrays, got 2"),
+    ):
         simulation = compile(pendulum(control=wrong), native=False).start(*VALUES)
         with pytest.raises(InputError, match=message):
             simulation.advance(1, reference(1))

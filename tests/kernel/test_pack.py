@@ -41,10 +41,23 @@ def test_the_vector_becomes_the_tree_again():
 
 
 def test_entries_and_fields_have_names():
-    assert pack.names(example()) == ("integral[0]", "integral[1]", "integral[2]", "filter.x", "filter.R[0,0]", "filter.R[1,0]",
-                                     "filter.R[0,1]", "filter.R[1,1]", "gain")  # fmt: skip
-    assert pack.fields(example()) == {"integral": slice(0, 3), "filter.x": slice(3, 4), "filter.R": slice(4, 8),
-                                      "gain": slice(8, 9)}  # fmt: skip
+    assert pack.names(example()) == (
+        "integral[0]",
+        "integral[1]",
+        "integral[2]",
+        "filter.x",
+        "filter.R[0,0]",
+        "filter.R[1,0]",
+        "filter.R[0,1]",
+        "filter.R[1,1]",
+        "gain",
+    )
+    assert pack.fields(example()) == {
+        "integral": slice(0, 3),
+        "filter.x": slice(3, 4),
+        "filter.R": slice(4, 8),
+        "gain": slice(8, 9),
+    }
     assert pack.size(example()) == 9
 
 

@@ -84,9 +84,16 @@ def test_limits_are_one_wire():
 
 
 def test_kinds_sizes_labels_and_ticks_are_checked():
-    for wrong in (lambda: Signal("x", 1, "sate"), lambda: Signal("x", -1, "state"), lambda: Signal("x", 2, "state", ("one",)),
-                  lambda: Task("t", double(), "a", "b", every=0), lambda: Task("t", 3.0), lambda: Schedule([A], period=0.0),
-                  lambda: Schedule([A], substeps=0), lambda: Task("t", double(), "a", ("b", "b"))):  # fmt: skip
+    for wrong in (
+        lambda: Signal("x", 1, "sate"),
+        lambda: Signal("x", -1, "state"),
+        lambda: Signal("x", 2, "state", ("one",)),
+        lambda: Task("t", double(), "a", "b", every=0),
+        lambda: Task("t", 3.0),
+        lambda: Schedule([A], period=0.0),
+        lambda: Schedule([A], substeps=0),
+        lambda: Task("t", double(), "a", ("b", "b")),
+    ):
         with pytest.raises(InputError):
             wrong()
 

@@ -1,5 +1,7 @@
 """Ticks, lanes, chunks and stops: machine code against the interpreter, and against itself."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -134,7 +136,7 @@ def test_a_run_that_reaches_a_limit_keeps_its_last_good_state_and_the_others_go_
             continue
         assert (stop.reason, stop.signal, stop.index, stop.label) == ("limit", "limits", 0, "angle within reach")
         assert stop.value < 0 and stop.time == pytest.approx(4e-3 * stop.tick)
-        # the state after tick k is row k + 1: tick `stop.tick` failed, so what remains is the state that tick began with
+        # row k + 1 holds the state after tick k; tick `stop.tick` failed, so the state it began with remains
         assert np.array_equal(simulation.state("x")[run], all_rows[stop.tick, run, at])
         assert np.abs(all_rows[stop.tick, run, at][0]) <= 1.3 < np.abs(all_rows[stop.tick + 1, run, at][0])
         assert (
@@ -283,3 +285,16 @@ def test_an_interrupted_chunk_is_not_continued():
         simulation.advance(10, reference(10))
     with pytest.raises(InputError, match="interrupted in the middle of a chunk"):
         simulation.advance(10, reference(10))
+
+
+@pytest.mark.parametrize("lanes,native", [(8, True), (1, False)])
+def test_threads_share_a_kernel(lanes, native):
+    kernel = compile(pendulum(), lanes, native=native)
+
+    def run(first):
+        simulation = kernel.start({"p": GAINS[first]}, {"x": [0.1, 0.0]}, seed=first)
+        return np.concatenate([simulation.advance(20, {"r": part}) for part in np.split(reference(100)["r"], 5)])
+
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(run, range(len(GAINS))))
+    assert all(np.array_equal(rows, run(first)) for first, rows in enumerate(together))

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 
-def identity_machine(home=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)):
-    feed = SimpleNamespace(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
-    return SimpleNamespace(
-        home=np.array(home), feed=feed, joints_count=6, joint_motion=lambda x, xd, xdd: (x, xd, xdd)
-    )
-
-
 @pytest.fixture
 def machine():
-    return identity_machine()
+    feed = SimpleNamespace(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
+    return SimpleNamespace(home=np.zeros(6), feed=feed, joints_count=6, joint_motion=lambda x, xd, xdd: (x, xd, xdd))

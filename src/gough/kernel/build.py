@@ -32,8 +32,8 @@ def width_of(lanes: int | str) -> int:
 def library(export: str, description: tuple, width: int, make: Callable[[lane.Lanes], tuple], cache: bool):
     """The library that exports `export`, and whether the cache had it.
 
-    `description` says all that decides the code beside the emitter, the compiler and the processor; `make(lanes)` gives the
-    text and the symbols it needs, and is called only when the code is not in the cache.
+    `description` says all that decides the code beside the emitter, the compiler and the processor; `make(lanes)`
+    gives the text and the symbols it needs, and is called only when the code is not in the cache.
     """
     from gough.kernel import native
 

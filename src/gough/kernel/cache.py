@@ -1,8 +1,9 @@
 """Object code on disk, verified before it is loaded: one flipped byte of machine code runs and gives wrong numbers.
 
-A file is `magic, SHA-256 of the rest, key, length of the notes, notes (JSON), object code`.  The key is a hash of everything
-the code depends on, so a foreign or outdated file has another.  The folder is ours alone (0700) and so is every file; anything
-else is passed over and compiled anew.  Written by temporary file and rename, so two processes may race.
+A file is `magic, SHA-256 of the rest, key, length of the notes, notes (JSON), object code`.  The key is a hash of
+everything the code depends on, so a foreign or outdated file has another.  The folder is ours alone (0700) and so is
+every file; anything else is passed over and compiled anew.  Written by temporary file and rename, so two processes may
+race.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def key_of(*parts) -> str:
 
 
 def folder() -> Path | None:
-    """Where code is kept: $GOUGH_CACHE, else $XDG_CACHE_HOME/gough/kernel, else ~/.cache/gough/kernel; None without any."""
+    """$GOUGH_CACHE, else $XDG_CACHE_HOME/gough/kernel, else ~/.cache/gough/kernel; None without a home."""
     if os.environ.get("GOUGH_CACHE"):
         return Path(os.environ["GOUGH_CACHE"])
     base = os.environ.get("XDG_CACHE_HOME") or (os.environ.get("HOME") and os.path.join(os.environ["HOME"], ".cache"))

@@ -1,11 +1,13 @@
 """The two engines that carry out ticks on the same buffers: machine code, and CasADi's interpreter.
 
-The interpreter is the oracle of the tests, the way out where no machine code can be made, and what runs plain Python tasks.
+The interpreter is the oracle of the tests, the way out where no machine code can be made, and what runs plain Python
+tasks.
 """
 
 from __future__ import annotations
 
 import ctypes
+import threading
 
 import casadi as ca
 import numpy as np
@@ -50,6 +52,7 @@ class Interpreter:
 
     def __init__(self, schedule: Schedule, layout: Layout):
         self._schedule, self._layout = schedule, layout
+        self._lock = threading.Lock()  # the functions keep their arguments here, for all simulations of a kernel
         at = lambda name: layout.at(name, schedule.by_name[name].size)  # noqa: E731
         self._inputs = [at(s.name) for s in schedule.of_kind("input")]
         self._noise = [(s.name, s.size, at(s.name)) for s in schedule.of_kind("noise") if s.size]
@@ -68,7 +71,7 @@ class Interpreter:
         ws, kept = ws.reshape(-1), kept.reshape(-1)
         states = self._layout.states
         key = int(words[1, 0]) & (1 << 64) - 1
-        with np.errstate(all="ignore"):
+        with self._lock, np.errstate(all="ignore"):
             while i < n:
                 good = self._tick(ws, tables, log, lane, k0 + i, i, key)
                 good = good and bool(np.isfinite(ws[states]).all()) and bool((ws[self._limits] >= 0).all())

@@ -1,4 +1,4 @@
-"""compile(schedule) -> Kernel: machine code for a schedule, from the cache where it is, or the interpreter, which says so."""
+"""compile(schedule) -> Kernel: machine code, from the cache where it is there, or the interpreter, which says so."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class KernelWarning(UserWarning):
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A schedule ready to run.  `lanes` runs are simulated at a time; `columns` says where a signal lies in a log row."""
+    """A schedule ready to run, `lanes` runs at a time; `columns` says where a signal lies in a log row."""
 
     schedule: Schedule
     layout: Layout
@@ -49,8 +49,8 @@ class Kernel:
     def start(self, parameters=None, states=None, seed: int = 0, runs: int = 1, first_run: int = 0) -> Simulation:
         """A simulation at tick 0.  Each parameter and state is (size,), or (runs, size) for values of their own.
 
-        `first_run` is the number of the first run as the noise counts them: a batch in parts gives the same bits as in one.
-        InputError for missing, unknown or misshapen values, NaN, and states that are not finite.
+        `first_run` is the number of the first run as the noise counts them: a batch in parts gives the same bits as
+        in one. InputError for missing, unknown or misshapen values, NaN, and states that are not finite.
         """
         return Simulation(self, parameters, states, seed, runs, first_run)
 
@@ -58,8 +58,8 @@ class Kernel:
 def compile(schedule: Schedule, lanes: int | str = 1, cache: bool = True, native: bool | str = "auto") -> Kernel:
     """Machine code that simulates `lanes` runs at a time (1, 2, 4, 8 or "auto": what this processor does best).
 
-    native="auto" takes CasADi's interpreter where there is no machine code, with one KernelWarning; True raises InputError
-    instead; False asks for the interpreter.  InputError also for an impossible number of lanes.
+    native="auto" takes CasADi's interpreter where there is no machine code, with one KernelWarning; True raises
+    InputError instead; False asks for the interpreter.  InputError also for an impossible number of lanes.
     """
     layout = Layout.of(schedule)
     reason = _no_native(schedule) if native else "it was asked for"

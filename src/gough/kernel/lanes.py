@@ -1,13 +1,12 @@
-"""Lanes: the same program text for one number (W = 1) or a vector of W numbers, and which mathematical functions it calls.
+"""Lanes: one program text for one number (W = 1) or W numbers, and which mathematical functions it calls.
 
-One lane calls the C library and rounds after every operation.  Several lanes call glibc's libmvec, whose every lane is within
-4 ulp of the C library and does not depend on its neighbours, and may fuse a product and a sum.  What libmvec lacks on this
-machine is called lane by lane.
+One lane calls the C library and rounds after every operation.  Several lanes call glibc's libmvec, whose every lane is
+within 4 ulp of the C library and does not depend on its neighbours, and may fuse a product and a sum.  What libmvec
+lacks on this machine is called lane by lane.
 """
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import platform
 from dataclasses import dataclass
@@ -85,30 +84,12 @@ def host_features() -> frozenset[str]:
     return frozenset(llvm.get_host_cpu_features().flatten().split(","))
 
 
-@functools.cache
-def _library(name: str):
-    try:
-        return ctypes.CDLL(name)
-    except OSError:
-        return None
-
-
-@functools.cache
-def address(symbol: str) -> int | None:
-    """Where a function of libm or libmvec is, or None."""
-    for name in ("libm.so.6", "libmvec.so.1"):
-        library = _library(name)
-        if library is not None and hasattr(library, symbol):
-            return ctypes.cast(getattr(library, symbol), ctypes.c_void_p).value
-    return None
-
-
 def vector_symbol(function: str, width: int) -> str | None:
     """libmvec's name of a function for `width` lanes, if this machine has it."""
     if width not in _ISA or platform.machine() != "x86_64":
         return None
     symbol = f"_ZGV{_ISA[width]}N{width}{'v' * ops.LIBM[function]}_{function}"
-    return symbol if address(symbol) else None
+    return symbol if ops.address(symbol) else None
 
 
 _PURE = "nounwind willreturn memory(none)"

@@ -1,7 +1,7 @@
 """A tape as an LLVM function: `void name(ptr in0, ptr in1, ..., ptr out0, ...)`, entry k of a signal W numbers wide.
 
-Every value is one register of W lanes.  All stores come last, so a task may read and write the same signal.  No fast-math flag
-is ever set: `nnan` would delete the checks for NaN.
+Every value is one register of W lanes.  All stores come last, so a task may read and write the same signal.  No
+fast-math flag is ever set: `nnan` would delete the checks for NaN.
 """
 
 from __future__ import annotations

@@ -2,10 +2,11 @@
 
     i64 run(ws, kept, lanes, tables, log, lane stride, row stride, k0, i, n)
 
-runs ticks k0 + i ... k0 + n - 1 and gives n, or the first i at whose end a living lane had failed: then nothing of tick i is
-kept yet, and word 2 of `lanes` holds -1 for the lanes that failed.  The caller records why, keeps the states of the others and
-goes on with i + 1.  `lanes` is (3, W) integers: -1 where alive, key of the noise, failed.  `tables` points to the tables of the
-inputs in the order of the signals; `log` to the row of tick k0 of the first lane; strides are in doubles.
+runs ticks k0 + i ... k0 + n - 1 and gives n, or the first i at whose end a living lane had failed: then nothing of
+tick i is kept yet, and word 2 of `lanes` holds -1 for the lanes that failed.  The caller records why, keeps the states
+of the others and goes on with i + 1.  `lanes` is (3, W) integers: -1 where alive, key of the noise, failed.  `tables`
+points to the tables of the inputs in the order of the signals; `log` to the row of tick k0 of the first lane; strides
+are in doubles.
 """
 
 from __future__ import annotations
@@ -84,10 +85,8 @@ class _Run:
     def _entry(self):
         lanes, put = self.lanes, self.put
         m, align = lanes.integer, lanes.align
-        for signal in self.schedule.signals:
-            put(
-                f"%s.{self._id(signal.name)} = getelementptr {lanes.number}, ptr %ws, i64 {self.layout.offsets[signal.name]}"
-            )
+        for i, signal in enumerate(self.schedule.signals):
+            put(f"%s.{i} = getelementptr {lanes.number}, ptr %ws, i64 {self.layout.offsets[signal.name]}")
         put(f"%alive.bits = load {m}, ptr %lanes, align {align}")
         put(f"%alive = icmp ne {m} %alive.bits, {'0' if lanes.width == 1 else 'zeroinitializer'}")
         put(f"%keys.at = getelementptr {m}, ptr %lanes, i64 1")

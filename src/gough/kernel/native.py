@@ -1,19 +1,18 @@
 """LLVM text to object code, and object code into this process.
 
-The passes before code generation find little to do, for the tape shares everything already; so they are few.  Loading is ORC's
-(MCJIT crashes on a truncated object where ORC raises).
+The passes before code generation find little to do, for the tape shares everything already; so they are few.  Loading
+is ORC's (MCJIT crashes on a truncated object where ORC raises).
 """
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
 
 import llvmlite
 import llvmlite.binding as llvm
 
-from gough.kernel import lanes
+from gough.kernel import lanes, ops
 
 _numbers = itertools.count()
 
@@ -54,7 +53,7 @@ def compile_text(text: str, level: int = 2) -> bytes:
 
 @functools.cache
 def _compiler():
-    return llvm.create_lljit_compiler(_machine(2))
+    return llvm.create_lljit_compiler(_machine(2), suppress_errors=True)
 
 
 class Library:
@@ -63,16 +62,11 @@ class Library:
     def __init__(self, image: bytes, symbols: dict[str, str], export: str):
         builder = llvm.JITLibraryBuilder().add_object_img(image).export_symbol(export)
         for name, symbol in symbols.items():
-            address = lanes.address(symbol)
+            address = ops.address(symbol)
             if address is None:
                 raise RuntimeError(f"this machine has no function {symbol}")
             builder.import_symbol(name, address)
-        for symbol in ("memcpy", "memset", "memmove"):  # LLVM calls these on its own
-            builder.import_symbol(symbol, ctypes.cast(getattr(_libc(), symbol), ctypes.c_void_p).value)
+        for symbol in ("memcpy", "memset", "memmove", "floor", "ceil"):  # LLVM may call these on its own
+            builder.import_symbol(symbol, ops.address(symbol))
         self._tracker = builder.link(_compiler(), f"gough.{next(_numbers)}")
         self.address = self._tracker[export]
-
-
-@functools.cache
-def _libc():
-    return ctypes.CDLL(None)

@@ -1,10 +1,10 @@
 """Standard normal numbers without a table and without a history: a hash of (seed, run, signal entry, tick).
 
-    key of a run    r = mix(mix(seed + G) xor (run + 1) C)                    mix: the finisher of SplitMix64
-    key of a pair   p = the first 8 bytes of SHA-256("signal:pair")           entries 2p and 2p + 1 of a signal share a pair
-    bits            b1, b2 = mix(s + (2 k + 1) G), mix(s + (2 k + 2) G)       s = mix(r xor p), k the tick
-    uniform         u1 in (0, 1], u2 in [0, 1), 52 bits each
-    normal          sqrt(-2 log u1) cos(2 pi u2), sqrt(-2 log u1) sin(2 pi u2)        Box and Muller 1958
+    key of a run    r = mix(mix(seed + G) xor (run + 1) C)                    mix: the finisher of SplitMix64 key of a
+    pair   p = the first 8 bytes of SHA-256("signal:pair")           entries 2p and 2p + 1 of a signal share a pair
+    bits            b1, b2 = mix(s + (2 k + 1) G), mix(s + (2 k + 2) G)       s = mix(r xor p), k the tick uniform
+    u1 in (0, 1], u2 in [0, 1), 52 bits each normal          sqrt(-2 log u1) cos(2 pi u2), sqrt(-2 log u1) sin(2 pi
+    u2)        Box and Muller 1958
 
 So a number depends neither on what other signals there are, nor on which runs share a batch, nor on where a chunk ends.
 SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom number generators, OOPSLA 2014; integers are modulo 2^64.

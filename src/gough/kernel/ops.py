@@ -1,14 +1,13 @@
 """The operations of CasADi's SX functions: their names here, and what one number each of them gives.
 
-`scalar` is the definition that the machine code of one lane follows to the last bit; CasADi's own are in its calculus.hpp.
-Comparisons with NaN are false, but !=; a condition is true when it is not 0, so NaN is true; fmin and fmax let a number win
-over NaN, which is why a clip is never made of them.
+`scalar` is the definition that the machine code of one lane follows to the last bit; CasADi's own are in its
+calculus.hpp. Comparisons with NaN are false, but !=; a condition is true when it is not 0, so NaN is true; fmin and
+fmax let a number win over NaN, which is why a clip is never made of them.
 """
 
 from __future__ import annotations
 
 import ctypes
-import ctypes.util
 import functools
 
 import casadi as ca
@@ -53,12 +52,27 @@ def opcode_name(opcode: int) -> str:
 
 
 @functools.cache
+def _library(name: str | None):
+    try:
+        return ctypes.CDLL(name)
+    except OSError:
+        return None
+
+
+@functools.cache
+def address(symbol: str) -> int | None:
+    """Where a function of the C library, its libm or its libmvec is, or None."""
+    for name in ("libm.so.6", "libmvec.so.1", None):  # None: what this process has loaded
+        library = _library(name)
+        if library is not None and hasattr(library, symbol):
+            return ctypes.cast(getattr(library, symbol), ctypes.c_void_p).value
+    return None
+
+
+@functools.cache
 def libm(name: str):
     """The function of the C library of this name, double -> double."""
-    library = ctypes.CDLL(ctypes.util.find_library("m") or "libm.so.6")
-    function = getattr(library, name)
-    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double] * LIBM[name]
-    return function
+    return ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * LIBM[name])(address(name))
 
 
 _ARITHMETIC = {

@@ -1,7 +1,7 @@
 """Named tuples and flat vectors: what has names outside is one column inside.
 
-A tree is a NamedTuple whose fields are numbers, arrays, SX or further NamedTuples.  Its vector holds the fields in order;
-matrices by columns, as CasADi has them.
+A tree is a NamedTuple whose fields are numbers, arrays, SX or further NamedTuples.  Its vector holds the fields in
+order; matrices by columns, as CasADi has them.
 
     class State(NamedTuple):
         integral: ca.SX
@@ -98,7 +98,8 @@ def _numbers(leaf) -> np.ndarray:
 def unflatten(template, vector):
     """A tree shaped like `template`, its leaves cut from the vector.  InputError when the length differs.
 
-    From SX come SX (rows, columns); from an array come arrays of the shapes the template has, numbers where it has numbers.
+    From SX come SX (rows, columns); from an array come arrays of the shapes the template has, numbers where it has
+    numbers.
     """
     symbolic = isinstance(vector, (ca.SX, ca.DM))
     if not symbolic:

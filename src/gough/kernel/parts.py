@@ -1,7 +1,7 @@
 """LLVM functions that every kernel shares: checks, the keeping of states, and rows of numbers into lanes and back.
 
-A row is what people handle: the entries of one run side by side.  A slot is what the machine computes on: one entry of W runs
-side by side.  `gather` turns W rows into slots and `scatter` back, W x W numbers at a time.
+A row is what people handle: the entries of one run side by side.  A slot is what the machine computes on: one entry of
+W runs side by side.  `gather` turns W rows into slots and `scatter` back, W x W numbers at a time.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ end:
 }}
 """
 
-    size = f"  %size = call {v} @llvm.fabs.{lanes.suffix()}({v} %x)\n  %is = fcmp olt {v} %size, {lanes.constant(_INFINITY)}"
+    size = f"""  %size = call {v} @llvm.fabs.{lanes.suffix()}({v} %x)
+  %is = fcmp olt {v} %size, {lanes.constant(_INFINITY)}"""
     return check("finite", size) + check("nonnegative", f"  %is = fcmp oge {v} %x, {lanes.constant(_ZERO)}")
 
 
@@ -97,8 +98,8 @@ end:
 def transposition(lanes: Lanes, name: str) -> str:
     """@gather(slots, rows, stride, size): rows -> slots; @scatter(rows, slots, stride, size): slots -> rows.
 
-    Lane l of the rows begins `stride` doubles after lane l - 1 (0: all lanes read the same row).  Rows are touched only where
-    they have numbers; slots in blocks of W, so behind the last slot there must be room for W - 1 more.
+    Lane l of the rows begins `stride` doubles after lane l - 1 (0: all lanes read the same row).  Rows are touched
+    only where they have numbers; slots in blocks of W, so behind the last slot there must be room for W - 1 more.
     """
     if lanes.width == 1:
         return f"""define internal void @{name}(ptr %to, ptr %from, i64 %stride, i64 %size) nounwind #0 {{
@@ -112,7 +113,7 @@ def transposition(lanes: Lanes, name: str) -> str:
 
 def _blocks(lanes: Lanes, name: str) -> str:
     w, v, m, s = lanes.width, lanes.number, lanes.condition, lanes.suffix()
-    rows_in = name == "gather"
+    rows_in, none = name == "gather", f"{v} zeroinitializer"
     rows, slots = ("%from", "%to") if rows_in else ("%to", "%from")
     lines = []
 
@@ -134,9 +135,7 @@ def _blocks(lanes: Lanes, name: str) -> str:
         put(f"%slot{lane}.k = add i64 %k, {lane}")
         put(f"%slot{lane} = getelementptr {v}, ptr {slots}, i64 %slot{lane}.k")
         if rows_in:
-            put(
-                f"%x0.{lane} = call {v} @llvm.masked.load.{s}.p0(ptr %row{lane}, i32 8, {m} %inside, {v} zeroinitializer)"
-            )
+            put(f"%x0.{lane} = call {v} @llvm.masked.load.{s}.p0(ptr %row{lane}, i32 8, {m} %inside, {none})")
         else:
             put(f"%x0.{lane} = load {v}, ptr %slot{lane}, align {lanes.align}")
     stage, step = 0, w // 2

@@ -3,8 +3,8 @@
     f = compile_rows(function)
     a, b = f(x, y)                  # (N, size) or (size,) each, a row for each N; (size,) serves every row
 
-The rows are transposed into lanes and back by the machine code itself.  What does not fill W rows is padded with copies of the
-last row, so the bits of a row depend neither on N nor on its place.
+The rows are transposed into lanes and back by the machine code itself.  What does not fill W rows is padded with
+copies of the last row, so the bits of a row depend neither on N nor on its place.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ def compile_rows(
 ) -> Rows:
     """`function`, over SX, for arrays of rows.  A matrix is a row of its entries by columns.
 
-    native="auto" takes CasADi's interpreter where there is no machine code, with one KernelWarning; True raises InputError
-    instead; False asks for the interpreter.  InputError also for free symbols and for operations no kernel computes.
+    native="auto" takes CasADi's interpreter where there is no machine code, with one KernelWarning; True raises
+    InputError instead; False asks for the interpreter.  InputError also for free symbols and for operations no kernel
+    computes.
     """
     tape = trace(function)
     reason = no_native() if native else "it was asked for"
@@ -53,7 +54,7 @@ class Rows:
         self._engine = engine
 
     def __call__(self, *arrays) -> list[np.ndarray]:
-        """One array for each output, (N, size).  N is 1 when every argument is one row.  InputError for other shapes."""
+        """One array for each output, (N, size); N is 1 when every argument is one row.  InputError for other shapes."""
         if len(arrays) != len(self.inputs):
             raise InputError(f"{self.name} takes {len(self.inputs)} arrays", value=str(len(arrays)))
         rows, many = [], {}

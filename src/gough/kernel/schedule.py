@@ -60,10 +60,10 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A function and the signals it reads and writes, in the order of its inputs and outputs; it runs every `every` ticks.
+    """A function, and the signals its inputs read and its outputs write; it runs every `every` ticks.
 
-    `function` is a casadi.Function over SX.  A plain Python callable (arrays (size,) in, an array or a tuple of arrays out)
-    is accepted too, through a slow path that says it is slow.
+    `function` is a casadi.Function over SX.  A plain Python callable (arrays (size,) in, an array or a tuple of arrays
+    out) is accepted too, through a slow path that says it is slow.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """The signals and what happens to them in one tick of `period` seconds.  Raises InputError where it does not fit together.
+    """The signals and what happens to them in one tick of `period` seconds.  InputError where it does not fit together.
 
     `substep` is one task or several in order (a function that several of them name is compiled once).
     `limits` is a task that writes one signal, by custom called "limits"; a run stops when an entry is not >= 0.
@@ -222,7 +222,7 @@ class Schedule:
 
 
 def period_ticks(period: float, base: float) -> int:
-    """How many base ticks of `base` seconds a task period of `period` seconds has.  InputError when not a whole number."""
+    """How many base ticks of `base` seconds a period of `period` seconds has.  InputError when not a whole number."""
     ratio = period / base if base > 0 and math.isfinite(period) else math.nan
     # 1e-9: a period read from a file in other units ("0.9 ms") is off by rounding only, 1e-16 relative
     if not (ratio >= 0.5 and abs(ratio - round(ratio)) <= 1e-9 * ratio):

@@ -14,7 +14,8 @@ from gough.kernel import noise
 class Stop:
     """Why a run ended: at tick `tick`, `time` seconds, entry `index` of `signal` had `value`.
 
-    `reason` is "limit" (an entry of the limits was not >= 0) or "not finite" (a state or a logged value was inf or NaN).
+    `reason` is "limit" (an entry of the limits was not >= 0) or "not finite" (a state or a logged value was inf or
+    NaN).
     """
 
     tick: int
@@ -65,10 +66,11 @@ class Simulation:
         return self._ws[:, where].transpose(0, 2, 1).reshape(-1, where.stop - where.start)[: self.runs].copy()
 
     def advance(self, n: int, inputs: dict | None = None, out: np.ndarray | None = None) -> np.ndarray:
-        """Simulates at most n ticks; gives the log rows, (ticks, runs, width), float64: `kernel.columns` says what lies where.
+        """Simulates at most n ticks; gives the log rows, (ticks, runs, width): `kernel.columns` says what lies where.
 
-        `inputs[name]` is (n, size): a row for each of these ticks.  Rows of a run from the tick of its stop on are NaN; the
-        rows end where the last run does.  `out`, (>= n, runs padded to a multiple of W, width), is used instead of new memory.
+        `inputs[name]` is (n, size): a row for each of these ticks.  Rows of a run from the tick of its stop on are
+        NaN; the rows end where the last run does.  `out`, (>= n, runs padded to a multiple of W, width), is used
+        instead of new memory.
         """
         if self._broken:
             raise InputError("this simulation was interrupted in the middle of a chunk", cure="start a new one")
@@ -109,7 +111,7 @@ class Simulation:
         return done
 
     def _keep(self, ws, kept, live):
-        """The end of a tick in which a run failed: living runs keep their new states, the others get the old ones back."""
+        """The end of a tick with a failure: living runs keep their new states, the others get the old ones back."""
         states = self.kernel.layout.states
         kept[:] = np.where(live, ws[states], kept)
         ws[states] = kept

@@ -1,8 +1,9 @@
 """A casadi.Function over SX as a list of numbered values: what the machine code, the C export and the replay all print.
 
-Two passes.  CasADi shares nothing by itself, so equal operations get one number.  Then the divisions by each value are counted:
-a divisor used twice gets one reciprocal, x / d becomes x * (1 / d).  (CasADi itself turns x * (1 / y) into x / y.)  That
-changes the last bit, and x / d for a d below 2.3e-308, whose reciprocal is infinite; nothing else is rewritten.
+Two passes.  CasADi shares nothing by itself, so equal operations get one number.  Then the divisions by each value are
+counted: a divisor used twice gets one reciprocal, x / d becomes x * (1 / d).  (CasADi itself turns x * (1 / y) into x
+/ y.)  That changes the last bit, and x / d for a d below 2.3e-308, whose reciprocal is infinite; nothing else is
+rewritten.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ class Tape:
     """Values 0, 1, 2 ... : `nodes[n] = (op, a, b)`, a and b numbers of earlier values.
 
     ("input", i, k) is entry k of input i, ("const", bits, 0) the double with these bits; unary operations have b = 0.
-    `results[j][k]` is the number of entry k of output j.  Matrices are flattened by columns, structural zeros are zeros.
+    `results[j][k]` is the number of entry k of output j.  Matrices are flattened by columns, structural zeros are
+    zeros.
     """
 
     name: str
@@ -48,7 +50,7 @@ class Tape:
         return hashlib.sha256(text.encode()).hexdigest()
 
     def replay(self, *values) -> list[np.ndarray]:
-        """The outputs, each (size,), for inputs (size,), as one lane computes them to the last bit.  Slow: for tests."""
+        """The outputs, each (size,), for inputs (size,), as one lane computes them to the last bit.  Slow."""
         arrays = [np.asarray(v, np.float64).reshape(-1, order="F") for v in values]
         if [a.size for a in arrays] != list(self.inputs):
             raise InputError(f"{self.name} takes sizes {self.inputs}", value=str(tuple(a.size for a in arrays)))

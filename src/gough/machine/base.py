@@ -98,6 +98,12 @@ class Machine(Part):
         """The row functions behind the methods below."""
         return Arrays(self)
 
+    @cached_property
+    def limit_names(self) -> tuple[str, ...]:
+        """What each value of `margins` says when it is negative."""
+        p, _ = self.symbols
+        return self.margins(p, self.coordinates_of(p.home))[0]
+
     @property
     def joints_count(self) -> int:
         """How many actuated joints, n."""

@@ -60,7 +60,8 @@ def impossible(machine, q):
     # two struts and the chords between their joints close a quadrangle: |l_i - l_j| <= |A_i A_j| + |B_i B_j|
     A, B = machine.joints.base, machine.joints.platform
     reach = np.linalg.norm(A[:, None] - A, axis=-1) + np.linalg.norm(B[:, None] - B, axis=-1)
-    gap = np.abs(q[:, :, None] - q[:, None, :]) - reach
+    l = np.where(positive[:, None], q, 0)
+    gap = np.abs(l[:, :, None] - l[:, None, :]) - reach
     fits = positive & ~(gap > 0).any((1, 2))
     for row in np.flatnonzero(~fits)[:1]:
         if not finite[row]:
@@ -86,14 +87,14 @@ def newton(machine, q, x0, run):
         l, J = machine.arrays.run("newton", z[active])
         r = q[active] - l
         d = solve_rows(J.reshape(-1, 6, 6), r)
+        d[~np.isfinite(d).all(-1)] = 0  # J is singular there: the search ends where it stands
         residual[active] = np.abs(r).max(-1)
         steps[active] += 1
         size = np.maximum(np.linalg.norm(d[:, :3], axis=-1) / reach, np.linalg.norm(d[:, 3:], axis=-1) / 0.3)
         d /= np.maximum(size, 1)[:, None]
         z[active] = stepped(z[active], d)
-        # a step below 1e-13 moved the last digits only; NaN (a singular J) ends the search too
-        moving = np.abs(d).max(-1) > 1e-13 * max(1.0, reach)
-        active = active[moving & np.isfinite(d).all(-1)]
+        # a step below 1e-13 moved the last digits only
+        active = active[np.abs(d).max(-1) > 1e-13 * max(1.0, reach)]
     finite = np.isfinite(z).all(-1) & run
     if finite.any():
         l, _ = machine.arrays.run("newton", z[finite])

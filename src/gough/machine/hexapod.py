@@ -48,7 +48,7 @@ from ..mechanics.friction import FrictionLaw
 from ..mechanics.linear import determinant_6
 from .base import Drive, Feed, Machine, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
-from .limits import Limits, check_joints
+from .limits import Limits, check_home, check_joints
 
 
 class Hexapod(Machine):
@@ -85,14 +85,17 @@ class Hexapod(Machine):
     @model_validator(mode="after")
     def _sound(self):
         check_joints(self.joints.base, self.joints.platform)
-        for joint_numbers in (() if self.friction is None else (self.friction.coulomb, self.friction.viscous)):
-            if np.ndim(joint_numbers) and len(joint_numbers) != 6:
-                raise InputError("friction needs one value or six", key="friction", value=str(len(joint_numbers)))
+        for key in () if self.friction is None else ("coulomb", "static", "viscous"):
+            numbers = getattr(self.friction, key)
+            if np.ndim(numbers) and len(numbers) != 6:
+                raise InputError("friction needs one value or six", key=f"friction.{key}", value=str(len(numbers)))
         if self.joints.base_axis is None and self.strut and (self.strut.moving.axial or self.strut.fixed.axial):
             raise InputError(
                 "axial inertia of the struts needs joints.base_axis, which fixes their spin",
                 cure="give joints.base_axis or leave strut.moving.axial and strut.fixed.axial out",
             )
+        R_home = frames.rotation_of_abc_np(self.home[3:])
+        check_home(self, self.home[:3] + self.platform_joints_np() @ R_home.T)
         return self
 
     # -- coordinates ----------------------------------------------------------------------------------------------
@@ -131,6 +134,10 @@ class Hexapod(Machine):
             return p.joints.platform.T
         R_TP = frames.rotation_of_abc(p.tool.angles).T
         return R_TP @ (p.joints.platform.T - ca.repmat(p.tool.position, 1, 6))
+
+    def platform_joints_np(self) -> np.ndarray:
+        """p_TB as numbers.  (6, 3)."""
+        return self.joints.platform if self.tool is None else np.array(ca.DM(self.platform_joints(self))).T
 
     def struts(self, p, z):
         """(b, s, l, n) of eq. (1): (3, 6), (3, 6), (1, 6), (3, 6), all in W."""
@@ -258,8 +265,7 @@ class Hexapod(Machine):
     def drawing(self, x):
         """The machine as polylines in W at the pose x.  List of {"name", "points"}."""
         A, T = self.joints.base, frames.rotation_of_abc_np(np.asarray(x, float)[3:])
-        p_TB = np.array(ca.DM(self.platform_joints(self))).T if self.tool is not None else self.joints.platform
-        B = np.asarray(x)[:3] + p_TB @ T.T
+        B = np.asarray(x)[:3] + self.platform_joints_np() @ T.T
         tip = np.asarray(x)[:3]
         middle = B.mean(0)
         lines = [{"name": "base", "points": [*A.tolist(), A[0].tolist()]}]

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from ..declare import Array, Part, quantity
-from ..errors import InputError, SheetError
+from ..errors import InputError, Problem, SheetError
 
 
 class Workspace(Part):
@@ -72,3 +72,55 @@ def check_joints(base: np.ndarray, platform: np.ndarray) -> None:
                     value=f"{apart[0]:g} m and {apart[1]:g} m apart",
                     cure=f"move base or platform joint {i + 1}",
                 )
+
+
+_LOCKED = 1e-3  # 1 - (a . n)^2 of a joint axis within 1.8 deg of its strut
+
+
+def check_home(machine, B: np.ndarray) -> None:
+    """Refuse a hexapod that cannot stand at home, with its platform joints at B (6, 3) m in W.
+
+    Raises
+    ------
+    InputError
+        for struts beyond their stroke at home, a singular pose, or joint axes that are no unit vectors or lie along
+        their struts; a problem for each.
+    """
+    A, limits, wrong = machine.joints.base, machine.limits, []
+    s = B - A
+    l = np.linalg.norm(s, axis=1)
+    for i in np.flatnonzero(~((l >= limits.length[0]) & (l <= limits.length[1]))):
+        wrong.append(Problem(
+            f"strut {i + 1} is too {'short' if l[i] < limits.length[0] else 'long'} at home", key="home",
+            value=f"{l[i]:.6g} m", limit=f"{limits.length[0]:g} to {limits.length[1]:g} m",
+            cure="change home, the joints or limits.length",
+        ))  # fmt: skip
+    if l.min() > 0:
+        n = s / l[:, None]
+        r = B - B.mean(0)
+        J = np.concatenate([n, np.cross(r, n) / np.sqrt((r * r).sum(1).mean())], 1)
+        condition = np.linalg.cond(J)
+        if not condition <= limits.condition:
+            wrong.append(Problem(
+                "home is a singular pose, or near one", key="home", value=f"condition number {condition:.3g}",
+                limit=f"{limits.condition:g}",
+                cure="change home or the joints (similar hexagons one above the other do not hold)",
+            ))  # fmt: skip
+        axis = machine.joints.base_axis
+        if axis is not None:
+            off = np.abs(np.linalg.norm(axis, axis=1) - 1)
+            if off.max() > 1e-6:
+                i = int(off.argmax())
+                wrong.append(Problem(
+                    "an axis must have length 1", key="joints.base_axis", cure="divide it by its length",
+                    value=f"{np.linalg.norm(axis[i]):.9g} for strut {i + 1}",
+                ))  # fmt: skip
+            along = 1 - (axis * n).sum(1) ** 2
+            if off.max() <= 1e-6 and along.min() < _LOCKED:
+                i = int(along.argmin())
+                wrong.append(Problem(
+                    f"the base axis of strut {i + 1} lies along the strut at home", key="joints.base_axis",
+                    value=str(axis[i].tolist()), cure="a universal joint needs it across the strut",
+                ))  # fmt: skip
+    if wrong:
+        raise InputError(problems=wrong)

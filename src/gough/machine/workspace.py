@@ -13,9 +13,7 @@ _WORKSPACE = ("beyond the radius of the workspace", "beyond the height of the wo
 
 def margin_names(machine) -> tuple[str, ...]:
     """What each column of `margins` says when it is negative; det J is the last."""
-    p, _ = machine.symbols
-    names = machine.margins(p, machine.coordinates_of(p.home))[0]
-    return (_WORKSPACE if machine.limits.workspace else ()) + names
+    return (_WORKSPACE if machine.limits.workspace else ()) + machine.limit_names
 
 
 def margins(machine, z) -> np.ndarray:
@@ -57,13 +55,13 @@ def check_poses(machine, x, place=lambda row: f"index {row}") -> None:
     x = np.atleast_2d(x)
     z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
     found = machine.arrays.run("margins", z)[0]
-    bad = np.flatnonzero(~(found >= 0).all(-1))
+    outside = ~(found >= 0)
+    bad = np.flatnonzero(outside.any(-1) | ~(condition(machine, machine.jacobian(x)) <= machine.limits.condition))
     if not len(bad):
         return
     row = int(bad[0])
-    names = machine.margins(machine.symbols[0], machine.coordinates_of(machine.symbols[0].home))[0]
-    worst = int(np.flatnonzero(~(found[row] >= 0))[0])
-    describe(machine, names[worst], worst, x[row], place(row))
+    worst = int(np.argmax(outside[row])) if outside[row].any() else found.shape[1] - 1
+    describe(machine, machine.limit_names[worst], worst, x[row], place(row))
 
 
 def describe(machine, name, index, x, place, time=None):
@@ -75,9 +73,10 @@ def describe(machine, name, index, x, place, time=None):
         limit = machine.limits.length[0 if index < n else 1]
         raise WorkspaceError(name, where=place, value=f"{q:.6g} m", limit=f"{limit:g} m", time=time, cure=cure)
     if name.startswith("near a singularity"):
-        J = machine.jacobian(x)
-        value = f"condition number {condition(machine, J):.3g}"
-        raise SingularityError(name, where=place, value=value, limit=f"{machine.limits.determinant:g}", time=time, cure=cure)
+        J, J_home = machine.jacobian(x), machine.jacobian(machine.home)
+        value = f"{np.linalg.det(J) / np.linalg.det(J_home):.3g} of it, condition number {condition(machine, J):.3g}"
+        limit = f"{machine.limits.determinant:g}, condition {machine.limits.condition:g}"
+        raise SingularityError(name, where=place, value=value, limit=limit, time=time, cure=cure)
     raise WorkspaceError(name, where=place, limit=f"{np.degrees(machine.limits.cone):g} deg", time=time, cure=cure)
 
 
@@ -89,14 +88,27 @@ def condition(machine, J) -> np.ndarray:
 
 
 def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Poses uniform in the declared workspace, kept where stroke, cones and det J allow.  (count, 6)."""
+    """Poses uniform in the declared workspace, kept where stroke, cones and det J allow.  (count, 6).
+
+    Raises
+    ------
+    WorkspaceError
+        no workspace is declared, or less than a thousandth of it is within the other limits.
+    """
     space, home = machine.limits.workspace, machine.home
     if space is None:
         raise WorkspaceError("the machine declares no workspace", cure="give limits.workspace")
     kept = np.zeros((0, 6))
     R_home = rotation_of_quaternion_np(quaternion_of_abc_np(home[3:]))
+    tried = 0
     while len(kept) < count:
-        n = 2 * count
+        n = 2 * count + 1000
+        if tried > 1000 * (len(kept) + 1):
+            raise WorkspaceError(
+                "hardly a pose of the declared workspace is within the other limits", where="limits.workspace",
+                value=f"{len(kept)} of {tried} poses", cure="make the workspace smaller, or length and cone wider",
+            )  # fmt: skip
+        tried += n
         r, phi = space.radius * np.sqrt(rng.random(n)), rng.uniform(0, 2 * np.pi, n)
         tilt, about = space.tilt * np.sqrt(rng.random(n)), rng.uniform(0, 2 * np.pi, n)
         zero = np.zeros(n)

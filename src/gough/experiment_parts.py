@@ -1,0 +1,130 @@
+"""The parts of an experiment, each made from its table.
+
+Errors carry keys relative to the table; the file and its lines are added by gough.experiment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from .errors import ExperimentError, InputError, Problem, did_you_mean, nearest
+from .laws import law_class, laws
+from .machine import sheet
+
+if TYPE_CHECKING:
+    from .machine.base import Machine
+    from .simulate.run import Run
+
+
+class Controller(NamedTuple):
+    """One law of an experiment."""
+
+    kind: str
+    law: Any
+
+
+EXAMPLES = {
+    "machine": 'write [machine] and use = "nist-octahedral"',
+    "plant": 'write [plant] and e.g. payload = "20 kg"',
+    "program": 'write [program] and file = "part.ngc"',
+    "controller": 'write [[controller]] and kind = "pid"',
+    "run": 'write [run] and e.g. period = "1 ms"',
+}
+
+
+def controller_of(table: Any) -> Controller:
+    """The law that a [[controller]] table describes.
+
+    Raises
+    ------
+    InputError
+        no such kind, or a wrong key; `key` is set, file and line are not.
+    """
+    if not isinstance(table, Mapping):
+        raise ExperimentError("must be a table", value=brief(table), cure=EXAMPLES["controller"])
+    if "kind" not in table:
+        raise ExperimentError("is missing", key="kind", cure=f"one of {', '.join(laws())}")
+    kind = table["kind"]
+    law = law_class(kind)
+    if "machine" in table:
+        raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
+    has_kind = "kind" in law.model_fields
+    return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
+
+
+def sheet_machine(table: Mapping[str, Any], folder: Path) -> Machine:
+    use = table.get("use")
+    if not isinstance(use, str):
+        rule = "must be a text" if "use" in table else "is missing"
+        cure = f"write a path or one of {', '.join(sheet.library())}"
+        raise ExperimentError(rule, key="use", value=brief(use) if "use" in table else None, cure=cure)
+    try:
+        path = sheet.find(use, folder)
+    except InputError as error:
+        raise error.at(key="use") from None
+    if not path.exists():
+        raise ExperimentError("no such file", key="use", value=ascii(str(path)))
+    return sheet.load_machine(path)
+
+
+def believed(table: Mapping[str, Any], machine: Machine) -> Machine:
+    return sheet.overridden(machine, {key: raw for key, raw in table.items() if key != "use"})
+
+
+def plant_of(table: Mapping[str, Any], machine: Machine) -> Any:
+    from .simulate.plant import Plant
+
+    own = [name for name in Plant.model_fields if name != "machine"]
+    theirs = {key: raw for key, raw in table.items() if key.partition(".")[0] not in own}
+    problems, true = [], machine
+    try:
+        true = sheet.overridden(machine, theirs)
+    except InputError as error:
+        for problem in error.problems:
+            near = nearest(problem.key or "", own)
+            if near and problem.rule == "no such key":
+                problem = Problem(problem.rule, key=problem.key, cure=f"did you mean {near}?")
+            problems.append(problem)
+    try:
+        plant = Plant.from_file({"machine": true, **{key: raw for key, raw in table.items() if key not in theirs}})
+    except InputError as error:
+        problems += error.problems
+    if problems:
+        raise ExperimentError(problems=problems)
+    return plant
+
+
+def program_of(table: Mapping[str, Any], folder: Path) -> Any:
+    from .program import program_from_table
+
+    return program_from_table(dict(table), folder)
+
+
+def run_of(table: Mapping[str, Any]) -> Run:
+    from .log_build import VARIABLES
+    from .simulate.run import Run
+
+    problems: list[Problem] = []
+    try:
+        run = Run.from_file(table)
+    except InputError as error:
+        problems += error.problems
+    signals = table.get("signals")
+    for i, name in enumerate(signals if isinstance(signals, list) else ()):
+        if (
+            isinstance(name, str)
+            and name not in VARIABLES
+            and not name.startswith(("controller.", "observer.", "plant."))
+        ):
+            rule, cure = "the log has no such variable", did_you_mean(name, VARIABLES)
+            problems.append(Problem(rule, key=f"signals.{i}", value=ascii(name)[:60], cure=cure))
+    if problems:
+        raise ExperimentError(problems=problems)
+    return run
+
+
+def brief(value: Any) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else text[:57] + "..."

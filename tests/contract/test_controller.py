@@ -1,0 +1,121 @@
+"""What every control law promises.  A new law joins by one line in LAWS."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import gough as gk
+from gough.control.base import Measurement
+from gough.kernel.pack import flatten, names, unflatten
+from gough.simulate import tick
+
+LAWS = {
+    "pid": gk.PID(bandwidth=12.0),
+    "pid with all terms": gk.PID(bandwidth=10.0, derivative=1e-3, acceleration_feedforward=1.0),
+    "computed torque": gk.ComputedTorque(bandwidth=16.0),
+    "computed torque by poles": gk.ComputedTorque(poles=[100.0, 100.0, 200.0]),
+}
+PERIOD = 1e-3
+
+
+@pytest.fixture(params=LAWS, scope="module")
+def law(request, machine):
+    return LAWS[request.param].on(machine, PERIOD)
+
+
+@pytest.fixture(params=["nist-octahedral", "okuma-pm600"], scope="module")
+def machine(request):
+    return gk.load_machine(request.param)
+
+
+@pytest.fixture(scope="module")
+def rest(machine):
+    """A row of rest away from home, and the forces that hold it."""
+    x = machine.home + np.array([0.05, -0.03, 0.02, 0.05, -0.04, 0.1])
+    return tick.rest_row(machine, x), machine.inverse_dynamics(x, np.zeros(6), np.zeros(6))
+
+
+def stepped(law, state, r, y):
+    """The step in CasADi's interpreter on numbers: force and next state."""
+    theta = ca.SX.sym("theta", len(law.theta))
+    command, after = law.step(state, r, y, theta)
+    outputs = [ca.SX(command.u), ca.SX(flatten(unflatten(state, ca.SX(flatten(after)))))]
+    u, after = ca.Function("step", [theta], outputs)(law.theta)
+    return np.array(u).ravel(), unflatten(state, np.array(after).ravel())
+
+
+def test_the_first_step_gives_the_forces_at_rest(law, machine, rest):
+    r, u0 = rest
+    u, _ = stepped(law, law.init(r, u0), r, Measurement(r.q, u0))
+    # 1e-8: the residual of two Newton steps, 1e-15 m, times K_P and the mass
+    np.testing.assert_allclose(u, u0, rtol=0, atol=1e-8 * np.abs(u0).max())
+
+
+def test_other_forces_at_rest_are_taken_over_too(law, machine, rest):
+    """A payload nobody told the law about must not make it jump."""
+    r, u0 = rest
+    loaded = u0 * 1.3 + 50
+    u, _ = stepped(law, law.init(r, loaded), r, Measurement(r.q, loaded))
+    np.testing.assert_allclose(u, loaded, rtol=0, atol=1e-8 * np.abs(loaded).max())
+
+
+def test_at_rest_nothing_moves(law, machine, rest):
+    r, u0 = rest
+    state = law.init(r, u0)
+    for _ in range(3):
+        u, state = stepped(law, state, r, Measurement(r.q, u0))
+    np.testing.assert_allclose(u, u0, rtol=0, atol=1e-7 * np.abs(u0).max())
+
+
+def test_the_same_in_gives_the_same_out(law, machine, rest):
+    r, u0 = rest
+    state, y = law.init(r, u0), Measurement(r.q + 1e-5, u0)
+    first, second = (stepped(law, state, r, y) for _ in range(2))
+    np.testing.assert_array_equal(first[0], second[0])
+    np.testing.assert_array_equal(flatten(first[1]), flatten(second[1]))
+
+
+def test_a_strut_that_is_too_short_is_pushed_longer(law, machine, rest):
+    """e is reference minus measured, and u > 0 lengthens."""
+    r, u0 = rest
+    state = law.init(r, u0)
+    for i in range(6):
+        q = r.q - 1e-5 * (np.arange(6) == i)
+        u, _ = stepped(law, state, r, Measurement(q, u0))
+        assert u[i] > u0[i]
+
+
+def test_a_saturated_drive_stops_the_integral(law, machine, rest):
+    r, u0 = rest
+    limit = machine.drive.torque_limit * 2 * np.pi / machine.drive.lead
+    state = law.init(r, u0)
+    for applied, moves in ((u0, True), (np.full(6, limit), False), (np.full(6, -limit), False)):
+        _, after = stepped(law, state, r, Measurement(r.q - 1e-5, applied))
+        assert np.any(after.integral != state.integral) == moves
+
+
+def test_states_have_names(law, machine, rest):
+    found = names(law.init(*rest))
+    assert len(set(found)) == len(found) > 0
+
+
+def test_numbers_are_told_apart_from_equations(law):
+    """Another gain is another theta, not another equation."""
+    other = law.replace(bandwidth=7.0) if getattr(law, "bandwidth", None) else law.replace(poles=[50.0, 60.0, 70.0])
+    assert other.structure() == law.structure()
+    assert other != law
+    assert not np.array_equal(other.theta, law.theta)
+
+
+def test_it_follows_a_slow_circle_within_its_band(law, machine):
+    """3 m/min on 50 mm, no friction.  Both laws feed the speed forward, so the error is that of acceleration only."""
+    circle = gk.Circle(radius=0.05, feed=0.05)
+    log = gk.simulate(machine.replace(friction=None), law.replace(machine=None, period=None), circle)
+    assert log.dataset.attrs["status"] == "done"
+    speed, t = 0.05, log["t"]
+    steady = (t > 0.5) & (t < t[-1] - 1.0)
+    # lag of the slowest loop direction: a / (K_v w'), a = v^2 / r, w' > 0.4 w; computed torque: encoder noise only
+    worst = speed**2 / 0.05 / (2 * np.pi * 10) / (0.4 * 3 * 2 * np.pi * 10) if law.kind == "pid" else 5e-6
+    assert log["contour_error"][steady].max() < worst

@@ -1,0 +1,175 @@
+"""simulate(): what a run promises, whatever the machine and the law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gough as gk
+from gough.errors import DivergedError, ExperimentError, WorkspaceError
+from gough.simulate.stability import StabilityWarning
+
+CIRCLE = gk.Circle(radius=0.02, feed=0.05, settle=0.1)
+
+
+@pytest.fixture(scope="module")
+def nist():
+    return gk.load_machine("nist-octahedral")
+
+
+@pytest.fixture(scope="module")
+def base(nist):
+    return gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE)
+
+
+def test_the_same_seed_gives_the_same_bits(nist):
+    noisy = nist.replace(**{"drive.noise": 1e-7})
+    runs = [gk.simulate(noisy, gk.PID(bandwidth=12.0), CIRCLE, seed=seed).dataset["x"].values for seed in (3, 3, 4)]
+    np.testing.assert_array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_noise_has_the_declared_deviation(nist):
+    noisy = nist.replace(**{"drive.noise": 1e-6, "drive.encoder": 1e-9})
+    log = gk.simulate(noisy, gk.PID(bandwidth=5.0), CIRCLE)
+    error = log["q_m"] - log["q"]
+    count = error.size
+    assert abs(error.std() / 1e-6 - 1) < 5 / np.sqrt(2 * count)  # five standard deviations of a standard deviation
+    assert abs(error.mean()) < 5 * 1e-6 / np.sqrt(count)
+
+
+def test_the_encoder_rounds_to_its_resolution(base, nist):
+    steps = base["q_m"] / nist.drive.encoder
+    np.testing.assert_allclose(steps, np.round(steps), rtol=0, atol=1e-6)
+    assert np.abs(base["q_m"] - base["q"]).max() <= nist.drive.encoder / 2 * (1 + 1e-6)
+
+
+def test_a_thinned_log_has_the_same_metrics(base, nist):
+    thin = gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, log_every=7, signals=["x", "contour_error"])
+    assert thin.metrics == base.metrics
+    np.testing.assert_array_equal(thin["x"], base["x"][::7])
+    assert set(thin.dataset.data_vars) == {"x", "contour_error"}
+
+
+def test_metrics_are_those_of_the_rows(base):
+    counted = base["counted"] == 1
+    assert base.metrics["contour_error"]["max"] == base["contour_error"][counted].max()
+    np.testing.assert_allclose(base.metrics["contour_error"]["rms"], np.sqrt(np.mean(base["contour_error"][counted] ** 2)), rtol=1e-12)
+
+
+def test_every_sample_from_start_to_settled_end_is_there(base, nist):
+    motion = CIRCLE.plan(nist)
+    np.testing.assert_allclose(base["t"], np.arange(motion.count(1e-3)) * 1e-3, rtol=0, atol=1e-12)
+    assert base["t"][-1] >= motion.duration - 1e-9
+
+
+def test_the_force_is_held_from_its_sample_on(nist):
+    """Row k holds the measurement read at k and the force computed from it; with delay the one computed before."""
+    for delay in (0.0, 1.0):
+        log = gk.simulate(nist.replace(**{"drive.delay": delay}), gk.PID(bandwidth=8.0), CIRCLE)
+        shift = int(delay)
+        np.testing.assert_array_equal(log["u"][1:], log["u_c"][1 - shift : len(log["u_c"]) - shift])
+
+
+def test_it_starts_without_a_bump(nist):
+    """The very first forces differ from the holding ones by what the encoder's rounding does, and no more."""
+    still = gk.Polyline(points=np.array([[0.01, 0.02, 0.0], [0.01, 0.02, 0.005]]), feed=0.01, lead_in=0.2)
+    for law in (gk.PID(bandwidth=12.0), gk.ComputedTorque(bandwidth=16.0)):
+        log = gk.simulate(nist.replace(**{"drive.encoder": None}), law, still, plant=gk.Plant(machine=nist.replace(**{"drive.encoder": None}), payload=30.0))
+        rest = log["t"] < 0.19
+        assert np.abs(log["x"] - log["x_r"])[rest].max() < 1e-9
+
+
+def test_a_payload_is_felt(nist):
+    heavy = gk.Plant(machine=nist, payload=50.0)
+    log = gk.simulate(nist, gk.ComputedTorque(bandwidth=16.0), CIRCLE, plant=heavy)
+    light = gk.simulate(nist, gk.ComputedTorque(bandwidth=16.0), CIRCLE)
+    lift = (log["u"][0] - light["u"][0]) @ nist.jacobian(light["x"][0])  # J' u is the force on the platform
+    # the encoder's rounding moves the first force by up to half a count over a sample times K_D and the mass
+    assert lift[2] == pytest.approx(50 * 9.81, abs=0.5e-7 / 1e-3 * 4 * 2 * np.pi * 16 * 1300 * 3)
+
+
+def test_a_steady_force_on_the_tool_is_carried(nist):
+    pushed = gk.Plant(machine=nist.replace(friction=None), wrench=[300.0, 0, 0, 0, 0, 0])
+    log = gk.simulate(nist.replace(friction=None), gk.ComputedTorque(bandwidth=16.0), CIRCLE, plant=pushed)
+    assert log.metrics["contour_error"]["max"] < 5e-6  # taken over at the start, so never seen
+    np.testing.assert_array_equal(log["wrench"][0], [300, 0, 0, 0, 0, 0])
+
+
+def test_a_program_out_of_reach_ends_where_it_leaves(nist):
+    """K1: which strut, how long, the limit, the time; the log holds what was run."""
+    far = gk.Line(to=[0.6, 0, 0], feed=0.5)
+    log = gk.simulate(nist, gk.PID(bandwidth=12.0), far)
+    assert log.dataset.attrs["status"] == "failed"
+    reason = log.dataset.attrs["reason"]
+    assert "strut" in reason and "too" in reason and "limit" in reason and "t =" in reason
+    assert len(log["t"]) > 100 and np.isfinite(log["x"]).all()
+    with pytest.raises(WorkspaceError, match="strut [1-6]: too (long|short)") as caught:
+        gk.simulate(nist, gk.PID(bandwidth=12.0), far, on_fail="raise")
+    assert len(caught.value.log["t"]) == len(log["t"])
+
+
+def test_an_unstable_loop_is_warned_of_and_then_stopped(nist):
+    """P5 and S1: the number before, the reason after; the last good state stays."""
+    law = gk.PID(bandwidth=60.0)
+    with pytest.warns(StabilityWarning, match=r"pid: the loop at a period of 1 ms is unstable .* spectral radius 1\.\d+"):
+        log = gk.simulate(nist.replace(**{"drive.torque_limit": None}), law, CIRCLE)
+    assert log.dataset.attrs["status"] == "failed"
+    assert np.isfinite(log["x"]).all() and np.isfinite(log["u"]).all()
+    with pytest.raises(ExperimentError, match="spectral radius"):
+        gk.simulate(nist, law, CIRCLE, strict=True)
+
+
+class Poisoned(gk.PID):
+    """A law that commands something that is not a number from half a second on."""
+
+    def step(self, state, r, y, theta):
+        import casadi as ca
+
+        command, after = super().step(state, r, y, theta)
+        bad = ca.if_else(r.s > 0.02, ca.log(-1 - r.s * 0), 0)
+        return command._replace(u=command.u + bad), after
+
+
+def test_nan_is_stopped_even_behind_a_torque_limit(nist):
+    """S1: a command that is no number passes the drive's limit as no number and ends the run."""
+    log = gk.simulate(nist, Poisoned(bandwidth=12.0), CIRCLE)
+    assert log.dataset.attrs["status"] == "failed"
+    assert "no longer finite" in log.dataset.attrs["reason"] and "t =" in log.dataset.attrs["reason"]
+    assert log["s_r"][-1] < 0.02 + 1e-3
+    for name in log.dataset.data_vars:
+        assert np.isfinite(log[name].astype(float)).all(), name
+    with pytest.raises(DivergedError):
+        gk.simulate(nist, Poisoned(bandwidth=12.0), CIRCLE, on_fail="raise")
+
+
+def test_saturation_is_logged_and_does_not_wind_up(nist):
+    """S7: with weak motors the run saturates, says so, and is back on the path when the demand is over."""
+    weak = nist.replace(**{"drive.torque_limit": 12.0})
+    log = gk.simulate(weak, gk.PID(bandwidth=12.0), gk.Polyline(points=np.array([[0, 0, 0], [0.1, 0, 0]]), feed=0.3, acceleration=6.0, settle=1.0))
+    limit = 12.0 * 2 * np.pi / nist.drive.lead
+    assert np.abs(log["u"]).max() <= limit
+    assert log["saturated"].max() == 1 and 0 < log.metrics["saturated"] < 1
+    assert np.abs(log["u_c"]).max() > limit
+    assert np.linalg.norm(log["x"][-1, :3] - log["x_r"][-1, :3]) < 20e-6
+
+
+def test_another_geometry_is_wrong_by_what_the_struts_say(nist):
+    """What is believed and what is true differ in a joint; the encoder cannot know."""
+    base = nist.joints.base.copy()
+    base[0, 0] += 1e-4
+    true = nist.replace(**{"joints.base": base})
+    log = gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, plant=true)
+    assert np.abs(log["q"] - log["q_r"])[0].max() < 1e-9
+    assert 1e-6 < np.abs(log["x"] - log["x_r"])[0].max() < 1e-3
+
+
+def test_wrong_arguments_are_refused(nist):
+    with pytest.raises(ExperimentError, match="period"):
+        gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, period=0.0)
+    with pytest.raises(ExperimentError, match="did you mean contour_error"):
+        gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, signals=["contour_eror"])
+    with pytest.raises(ExperimentError, match="on_fail"):
+        gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, on_fail="ignore")
+    with pytest.raises(ExperimentError, match=r"1 sub-steps of 5 ms cannot follow .* pole x step = [0-9.]+ \(limit 2.785\); give at least \d+"):
+        gk.simulate(nist, gk.PID(bandwidth=3.0), CIRCLE, period=5e-3, substeps=1)

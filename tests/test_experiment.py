@@ -1,0 +1,234 @@
+"""From a file to checked objects, and back to files that repeat the run."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+from sample_files import CIRCLE, EXPERIMENT, SHEET
+
+from gough import laws
+from gough.errors import ExperimentError, SheetError
+from gough.experiment import load_experiment
+from gough.machine.sheet import library, load_machine, overridden
+from gough.resolve import resolved
+
+NC = "G21 G90\nG1 X10 F3000\nG1 X0\nM2\n"
+
+
+def test_an_experiment_is_what_its_file_says(write):
+    experiment = load_experiment(write("first.toml", EXPERIMENT))
+    assert experiment.name == "first"
+    assert experiment.machine == load_machine("nist-octahedral")
+    assert experiment.plant is None
+    assert experiment.program.radius == 0.02 and experiment.program.feed == 0.1
+    assert [(c.kind, c.law.bandwidth) for c in experiment.controllers] == [("pid", 10.0), ("computed_torque", 10.0)]
+    assert experiment.run.period == 1e-3
+
+
+def test_a_machine_key_changes_what_is_believed_and_a_plant_key_only_what_is_true(write):
+    changes = {
+        'use = "nist-octahedral"': 'use = "nist-octahedral"\n"platform.mass" = "310 kg"\n[machine.friction]\nstatic = "1.5 x"'
+    }
+    plant = '[plant]\n"friction.coulomb" = "1.2 x"\npayload = "20 kg"\nlimits = { cone = "50 deg" }\n[program]'
+    experiment = load_experiment(write("f.toml", EXPERIMENT, changes | {"[program]": plant}))
+    known = load_machine("nist-octahedral")
+    assert experiment.machine.platform.mass == 310
+    assert experiment.machine.friction.static == 1.5 * known.friction.static
+    assert experiment.machine.friction.coulomb == known.friction.coulomb
+    assert experiment.plant.machine.friction.coulomb == 1.2 * known.friction.coulomb
+    assert experiment.plant.machine.platform.mass == 310, "the truth starts from what is believed"
+    assert experiment.plant.machine.limits.cone == pytest.approx(np.deg2rad(50), rel=1e-15)
+    assert experiment.plant.payload == 20
+
+
+def test_paths_are_relative_to_the_experiment_and_not_to_the_working_directory(tmp_path, monkeypatch):
+    folder = tmp_path / "deep"
+    folder.mkdir()
+    (folder / "mine.toml").write_text(SHEET)
+    (folder / "part.ngc").write_text(NC)
+    text = EXPERIMENT.replace('"nist-octahedral"', '"mine.toml"').replace(CIRCLE, 'file = "part.ngc"')
+    (folder / "f.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    experiment = load_experiment("deep/f.toml")
+    assert experiment.machine.name == "mine"
+    assert experiment.program.text == NC
+
+
+def test_a_bare_nc_program_runs_with_the_arguments_of_the_command_line(write):
+    experiment = load_experiment(
+        write("part.ngc", NC), machine="okuma-pm600", controllers=["pid", "computed_torque"], seed=3
+    )
+    assert experiment.name == "part"
+    assert experiment.machine == load_machine("okuma-pm600")
+    assert [c.kind for c in experiment.controllers] == ["pid", "computed_torque"]
+    assert experiment.run.seed == 3
+
+
+def test_a_bare_nc_program_says_what_is_missing_by_the_name_of_the_option(write):
+    path = write("part.ngc", NC)
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(path)
+    assert (
+        str(caught.value) == "--machine: is missing; give one of nist-octahedral, okuma-pm600, or a data sheet (.toml)"
+    )
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(path, machine="okuma", controllers=["pdi"])
+    assert str(caught.value).splitlines() == [
+        "--machine: no machine of the library has this name, got 'okuma'; did you mean okuma-pm600?",
+        "--controller: no such controller, got 'pdi'; did you mean pid?",
+    ]
+
+
+def test_arguments_take_the_place_of_what_the_file_says_and_a_law_of_the_file_keeps_its_numbers(write):
+    path = write("f.toml", EXPERIMENT, {'kind = "pid"\nbandwidth = "10 Hz"': 'kind = "pid"\nbandwidth = "7 Hz"'})
+    experiment = load_experiment(path, machine="okuma-pm600", controllers=["pid"], seed=5)
+    assert experiment.machine.name == "okuma-pm600"
+    assert [(c.kind, c.law.bandwidth) for c in experiment.controllers] == [("pid", 7.0)]
+    assert experiment.run.seed == 5
+
+
+def test_two_controllers_of_one_kind_have_two_labels(write):
+    experiment = load_experiment(write("f.toml", EXPERIMENT, {'"computed_torque"': '"pid"'}))
+    assert experiment.labels == ["pid", "pid-2"]
+
+
+def test_only_experiments_and_nc_programs_can_be_run(write):
+    with pytest.raises(
+        ExperimentError, match=r"f\.yaml: cannot be run; give an experiment \(\.toml\) or an NC program"
+    ):
+        load_experiment(write("f.yaml", EXPERIMENT))
+    with pytest.raises(ExperimentError, match="schema: this is a data sheet of a machine, not an experiment"):
+        load_experiment(write("f.toml", SHEET))
+
+
+def test_a_controller_does_not_bring_its_own_machine(write):
+    path = write("f.toml", EXPERIMENT, {'kind = "pid"': 'kind = "pid"\nmachine = {}'})
+    with pytest.raises(ExperimentError, match="f.toml:13: controller.0.machine: no such key"):
+        load_experiment(path)
+
+
+# -- laws of installed packages ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Pretends that a package offers laws by the entry point."""
+
+    def offer(**places):
+        points = [EntryPoint(name, place, laws.GROUP) for name, place in places.items()]
+        monkeypatch.setattr(laws, "entry_points", lambda group: points)
+        laws.laws.cache_clear()
+
+    yield offer
+    laws.laws.cache_clear()
+
+
+def test_a_law_of_an_installed_package_is_found_by_its_name(installed):
+    installed(theirs="gough.control.pid:PID")
+    assert laws.law_class("theirs").__name__ == "PID"
+    assert list(laws.laws()) == ["computed_torque", "pid", "theirs"]
+
+
+def test_a_package_cannot_take_the_name_of_a_law_of_gough(installed):
+    installed(pid="os:system")
+    assert laws.law_class("pid").__name__ == "PID"
+
+
+def test_a_package_that_cannot_be_imported_or_offers_no_law_is_named(installed):
+    installed(broken="no_such_package:Law", wrong="os:system")
+    with pytest.raises(ExperimentError, match="kind: the controller of package no_such_package:Law cannot be imported"):
+        laws.law_class("broken")
+    with pytest.raises(ExperimentError, match="kind: os:system is not a law"):
+        laws.law_class("wrong")
+
+
+# -- overriding a machine ---------------------------------------------------------------------------------------------
+
+
+def test_a_table_of_another_kind_takes_the_place_of_the_old_one():
+    machine = overridden(load_machine("nist-octahedral"), {"friction": {"kind": "stribeck", "coulomb": "10 N"}})
+    assert (machine.friction.kind, machine.friction.coulomb) == ("stribeck", 10)
+
+
+def test_a_table_gives_a_machine_what_it_had_not(write):
+    machine = load_machine(write("mine.toml", SHEET))
+    assert machine.friction is None and machine.limits.workspace is None
+    table = {
+        "friction": {"kind": "stribeck", "coulomb": "10 N"},
+        "limits": {"workspace": {"radius": "1 m", "height": "1 m", "tilt": "1 rad", "c": "1 rad"}},
+    }
+    changed = overridden(machine, table)
+    assert changed.friction.coulomb == 10
+    assert changed.limits.workspace.radius == 1
+    assert changed.replace(friction=None, limits=machine.limits) == machine, "and nothing else is changed"
+
+
+def test_the_home_pose_is_changed_as_the_sheet_writes_it(write):
+    machine = load_machine(write("mine.toml", SHEET))
+    pose = ["1 mm", "0 mm", "0 mm", "0 deg", "0 deg", "0 deg"]
+    for table in ({"home": {"pose": pose}}, {"home.pose": pose}):
+        assert overridden(machine, table).home[0] == 1e-3
+
+
+def test_all_mistakes_of_a_change_come_at_once():
+    with pytest.raises(SheetError) as caught:
+        table = {"platform": {"mas": "1 kg", "mass": "-1 kg"}, "friction.coulmb": "1 N", "tool": {"positon": 1}}
+        overridden(load_machine("nist-octahedral"), table)
+    assert {p.key for p in caught.value.problems} == {
+        "platform.mas",
+        "platform.mass",
+        "friction.coulmb",
+        "tool.positon",
+        "tool.position",
+    }
+
+
+def test_every_machine_of_the_library_is_read_and_written_to_an_equal_one():
+    for name in library():
+        machine = load_machine(name)
+        assert machine.name == name
+        assert type(machine).from_file(machine.to_file()) == machine
+
+
+# -- what repeats the run ---------------------------------------------------------------------------------------------
+
+
+def test_the_resolved_files_give_the_same_experiment_from_another_folder(write, tmp_path):
+    write("mine.toml", SHEET)
+    write("my part é.ngc", NC)
+    changes = {
+        'use = "nist-octahedral"': 'use = "./mine.toml"\n"platform.mass" = "1.1 x"',
+        CIRCLE: 'file = "my part é.ngc"\norigin = ["1 mm", "0 mm", "0 mm", "0 deg", "0 deg", "0 deg"]',
+        "[run]": '[plant]\n"drive.lead" = "1.01 x"\n[run]',
+    }
+    first = load_experiment(write("f.toml", EXPERIMENT, changes), seed=9)
+    again = tmp_path / "again"
+    again.mkdir()
+    for name, text in resolved(first).items():
+        assert name.isascii()
+        (again / name).write_text(text)
+    second = load_experiment(again / "experiment.toml")
+    assert (second.machine, second.plant, second.controllers, second.run) == (
+        first.machine,
+        first.plant,
+        first.controllers,
+        first.run,
+    )
+    assert second.program.replace(name="") == first.program.replace(name="")
+    assert (
+        resolved(second)["experiment.toml"].partition("schema")[2]
+        == resolved(first)["experiment.toml"].partition("schema")[2]
+    )
+
+
+def test_the_resolved_experiment_states_the_defaults_so_that_a_later_version_cannot_change_them(write):
+    text = resolved(load_experiment(write("f.toml", EXPERIMENT)))["experiment.toml"]
+    assert "speed_ratio = 3.0" in text and "log_every = 1" in text and "seed = 0" in text
+
+
+def test_a_machine_named_experiment_does_not_overwrite_the_experiment(write):
+    write("m.toml", SHEET, {'"mine"': '"experiment"'})
+    files = resolved(load_experiment(write("f.toml", EXPERIMENT, {'"nist-octahedral"': '"m.toml"'})))
+    assert set(files) == {"experiment.toml", "used-experiment.toml"}
