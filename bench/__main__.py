@@ -19,7 +19,6 @@ import numpy as np
 import gough as gk
 from gough import kernel as kernels
 from gough.frames import quaternion_of_abc_np
-from gough.kernel.pack import flatten
 from gough.program.reference import Reference
 from gough.simulate import tick
 from gough.simulate.run import _processor
@@ -43,10 +42,8 @@ def closed_loop(machine):
     state = law.init(row, u0)
     schedule = tick.build(machine, law, state, row, PERIOD, SUBSTEPS)
     parameters = {"theta_plant": machine.theta, "theta_law": law.theta, "wrench": np.zeros(6)}
-    states = {
-        "z": np.concatenate([row.x[:3], quaternion_of_abc_np(row.x[3:])]), "v": np.zeros(6),
-        "memory": np.zeros(schedule.by_name["memory"].size), "law": flatten(state), "u": u0, "waiting": u0,
-    }  # fmt: skip
+    z = np.concatenate([row.x[:3], quaternion_of_abc_np(row.x[3:])])
+    states = tick.first_states(schedule, z, state, u0)
     return schedule, parameters, states, np.concatenate(table, axis=1)
 
 

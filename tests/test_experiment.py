@@ -6,13 +6,13 @@ from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
-from sample_files import CIRCLE, EXPERIMENT, SHEET
 
 from gough import laws
 from gough.errors import ExperimentError, SheetError
 from gough.experiment import load_experiment
 from gough.machine.sheet import library, load_machine, overridden
 from gough.resolve import resolved
+from sample_files import CIRCLE, EXPERIMENT, SHEET
 
 NC = "G21 G90\nG1 X10 F3000\nG1 X0\nM2\n"
 
@@ -29,7 +29,8 @@ def test_an_experiment_is_what_its_file_says(write):
 
 def test_a_machine_key_changes_what_is_believed_and_a_plant_key_only_what_is_true(write):
     changes = {
-        'use = "nist-octahedral"': 'use = "nist-octahedral"\n"platform.mass" = "310 kg"\n[machine.friction]\nstatic = "1.5 x"'
+        'use = "nist-octahedral"': 'use = "nist-octahedral"\n"platform.mass" = "310 kg"\n'
+        '[machine.friction]\nstatic = "1.5 x"'
     }
     plant = '[plant]\n"friction.coulomb" = "1.2 x"\npayload = "20 kg"\nlimits = { cone = "50 deg" }\n[program]'
     experiment = load_experiment(write("f.toml", EXPERIMENT, changes | {"[program]": plant}))

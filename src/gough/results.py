@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import dataclasses
+import glob
 import json
 import os
 import shutil
@@ -19,7 +21,7 @@ import socket
 from collections.abc import Iterator
 from pathlib import Path
 
-from .errors import ExperimentError
+from .errors import ExperimentError, StorageError
 from .files import storage_error, sync
 
 MARKER = ".gough"
@@ -52,15 +54,32 @@ def results_folder(path: str | Path, force: bool = False) -> Iterator[Path]:
         partial.mkdir()
         (partial / MARKER).write_text(json.dumps({"schema": "gough-results-1", "finished": False, **_whoami()}))
     except OSError as error:
-        raise storage_error(error, target) from error
+        raise storage_error(error, path) from error
     try:
         yield partial
         try:
             _finish(partial, target)
         except OSError as error:
-            raise storage_error(error, target) from error
+            raise storage_error(error, path) from error
+    except StorageError as error:
+        raise _as_seen(error, str(partial), str(path)) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def _as_seen(error: StorageError, partial: str, target: str) -> StorageError:
+    """The error with the place that was asked for instead of the one where it is built."""
+    return StorageError(
+        problems=[
+            dataclasses.replace(
+                problem,
+                file=problem.file and problem.file.replace(partial, target),
+                value=problem.value and problem.value.replace(partial, target),
+                cure=problem.cure and problem.cure.replace(partial, target),
+            )
+            for problem in error.problems
+        ]
+    )
 
 
 def made_by_gough(folder: Path) -> bool:
@@ -76,7 +95,7 @@ def _refuse_foreign(target: Path, shown: str | Path, force: bool) -> None:
             raise ExperimentError("must be a folder", key="--out", value=str(shown), cure="choose another name")
         foreign = any(target.iterdir()) and not made_by_gough(target)
     except OSError as error:
-        raise storage_error(error, target) from error
+        raise storage_error(error, path) from error
     if foreign and not force:
         raise ExperimentError(
             "the folder holds files that gough did not make",
@@ -137,21 +156,15 @@ def _swap(partial: Path, target: Path) -> None:
 
 def _clean(target: Path) -> None:
     """Remove what killed runs left; put an old folder back whose successor never arrived."""
-    for old in target.parent.glob(f".{_literal(target.name)}.old-*"):
+    for old in target.parent.glob(f".{glob.escape(target.name)}.old-*"):
         if made_by_gough(old) and not _alive(old):
             if target.exists():
                 shutil.rmtree(old)
             else:
                 os.rename(old, target)
-    for left in target.parent.glob(f".{_literal(target.name)}.partial-*"):
+    for left in target.parent.glob(f".{glob.escape(target.name)}.partial-*"):
         if not _alive(left) and (_marker(left) or not any(left.iterdir())):
             shutil.rmtree(left)
-
-
-def _literal(name: str) -> str:
-    import glob
-
-    return glob.escape(name)
 
 
 def _marker(folder: Path) -> dict:

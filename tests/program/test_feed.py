@@ -12,7 +12,8 @@ LIMITS = Limits(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_accelerat
 
 
 def chain(points, feed=0.05, **more):
-    return Path([Block(Line(tuple(a), tuple(b)), feed=feed, **more) for a, b in zip(points[:-1], points[1:], strict=True)])
+    pairs = zip(points[:-1], points[1:], strict=True)
+    return Path([Block(Line(tuple(a), tuple(b)), feed=feed, **more) for a, b in pairs])
 
 
 def random_path(seed, count=40):

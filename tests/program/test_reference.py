@@ -84,6 +84,15 @@ def test_a_motion_sampled_in_chunks_is_the_motion_sampled_whole_bit_for_bit(moti
             np.testing.assert_array_equal(joined, getattr(whole[which], name), err_msg=name)
 
 
+def test_an_ellipse_sampled_in_chunks_is_the_ellipse_sampled_whole_bit_for_bit(machine):
+    motion = Ellipse(first=0.1, second=0.02, feed=0.3, turns=1.7, plane=(0.3, 0.2, 0.1)).plan(machine)
+    n = motion.count(1e-3)
+    whole = motion.sample(0, n, 1e-3)
+    parts = [motion.sample(a, min(a + 13, n), 1e-3) for a in range(0, n, 13)]
+    for name in whole._fields:
+        np.testing.assert_array_equal(np.concatenate([getattr(p, name) for p in parts]), getattr(whole, name))
+
+
 def test_the_book_counts_feed_moves_only(motion):
     Ts = 1e-3
     n = motion.count(Ts)

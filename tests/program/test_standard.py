@@ -28,7 +28,8 @@ def test_a_table_gives_a_program_that_plans_and_writes_itself_back(kind, machine
 
 
 def test_a_circle_runs_where_it_says(machine):
-    r = Circle(radius=0.1, feed=0.05, center=(0.3, 0, 0), start=np.pi / 2, turns=0.25, direction="cw").sample(1e-3, machine)
+    circle = Circle(radius=0.1, feed=0.05, center=(0.3, 0, 0), start=np.pi / 2, turns=0.25, direction="cw")
+    r = circle.sample(1e-3, machine)
     np.testing.assert_allclose(r.x[0, :3], [0.3, 0.1, 0], atol=1e-15)
     np.testing.assert_allclose(r.x[-1, :3], [0.4, 0, 0], atol=1e-15)
 
@@ -71,12 +72,17 @@ def test_the_corner_of_garagic_keeps_its_speed_through_90_degrees(machine):
 
 
 def test_the_square_the_diamond_and_the_circle_touch():
-    piece = CircleDiamondSquare(feed=0.04)
-    p = np.concatenate([piece.path().point(np.full(50, i), np.linspace(0, 1, 50) * piece.path().length[i])
-                        for i in range(len(piece.path()))])
-    for level, reach in ((-0.006, np.hypot(0.08, 0.08)), (-0.004, 0.08), (-0.002, 0.05)):
-        at = np.abs(p[:, 2] - level) < 1e-9
-        assert np.hypot(p[at, 0], p[at, 1]).max() == pytest.approx(reach, rel=1e-12)
+    """The circle is the largest that fits; each level reaches the corners of the one inside it."""
+    path = CircleDiamondSquare(feed=0.04, radius=0.16 / np.sqrt(8)).path()
+    every = np.arange(len(path))
+    along = [path.point(every, share * path.length) for share in np.linspace(0, 1, 33)]
+    r, z = np.array([np.hypot(p[:, 0], p[:, 1]) for p in along]), np.array([p[:, 2] for p in along])
+    for level, least, most in ((-0.006, 0.08, np.hypot(0.08, 0.08)), (-0.004, 0.08 / np.sqrt(2), 0.08),
+                               (-0.002, 0.08 / np.sqrt(2), 0.08 / np.sqrt(2))):
+        on = (np.abs(z - level) < 1e-12).all(0)  # blocks that stay at this level
+        assert on.sum() == (2 if level == -0.002 else 4)
+        assert r[:, on].min() == pytest.approx(least, rel=1e-12)
+        assert r[:, on].max() == pytest.approx(most, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +97,7 @@ def test_the_square_the_diamond_and_the_circle_touch():
         ({"kind": "circle", "feed": "1 m/s"}, "radius: is missing; give radius in m"),
         ({"kind": "circle", "radius": "1 m", "feed": "6 m"}, "feed: '6 m' is not a quantity in m/s"),
         ({"kind": "circle", "radius": 0.1, "feed": "1 m/s"}, 'radius: has no unit, got 0.1; write e.g. "0.1 m"'),
-        ({"kind": "circle", "radius": "-1 m", "feed": "1 m/s"}, "radius: must be above 0 m, got -1 m"),
+        ({"kind": "circle", "radius": "-1 m", "feed": "1 m/s"}, "radius: must be above 0 m, got '-1 m'"),
         ({"kind": "circle", "raduis": "1 m", "radius": "1 m", "feed": "1 m/s"},
          "raduis: no such key; did you mean radius?"),
         ({"kind": "circle_diamond_square", "radius": "0.1 m", "feed": "1 m/s"},

@@ -56,7 +56,8 @@ def test_the_rows_of_a_path_hold_its_largest_error_and_no_long_stretch_is_left_o
 @pytest.mark.parametrize(
     ("values", "unit", "shown"),
     [([3.2e-6], "m", "µm"), ([0.9999e-3, 1e-9], "m", "mm"), ([-0.5], "m", "mm"), ([450.0], "N", "N"),
-     ([4500], "N", "kN"), ([0.037], "m/s", "mm/s"), ([2e-6], "rad", "µrad"), ([0.0], "m", "m"), ([np.nan], "m", "m"), ([], "N", "N")],
+     ([4500], "N", "kN"), ([0.037], "m/s", "mm/s"), ([2e-6], "rad", "µrad"), ([0.0], "m", "m"),
+     ([np.nan], "m", "m"), ([], "N", "N")],
 )
 def test_the_unit_shown_is_the_one_in_which_the_largest_value_is_at_least_one(values, unit, shown):
     assert prepare.scale_for(values, unit).unit == shown

@@ -173,3 +173,15 @@ def test_wrong_arguments_are_refused(nist):
         gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, on_fail="ignore")
     with pytest.raises(ExperimentError, match=r"1 sub-steps of 5 ms cannot follow .* pole x step = [0-9.]+ \(limit 2.785\); give at least \d+"):
         gk.simulate(nist, gk.PID(bandwidth=3.0), CIRCLE, period=5e-3, substeps=1)
+
+
+def test_a_slower_law_holds_its_force_between_its_ticks(nist):
+    log = gk.simulate(nist, gk.ComputedTorque(bandwidth=10.0, period=1e-3), CIRCLE, period=2.5e-4)
+    held = log["u_c"][: len(log["u_c"]) // 4 * 4].reshape(-1, 4, 6)
+    np.testing.assert_array_equal(held, held[:, :1].repeat(4, 1))
+    assert not np.array_equal(held[1:, 0], held[:-1, 0])
+    alone = gk.simulate(nist, gk.ComputedTorque(bandwidth=10.0), CIRCLE, period=1e-3, substeps=4)
+    # the plant is stepped alike and the law sees it at the same instants
+    np.testing.assert_allclose(log["x"][::4][:100], alone["x"][:100], rtol=0, atol=1e-12)
+    with pytest.raises(gk.InputError, match="multiple of the base tick"):
+        gk.simulate(nist, gk.PID(bandwidth=10.0, period=1.5e-3), CIRCLE)

@@ -67,7 +67,7 @@ def _mantissa(bits: np.ndarray) -> np.ndarray:
 
 def function(lanes: Lanes, calls: Calls) -> str:
     """LLVM: @normals(to, keys of pairs, size, keys of runs, tick) writes `size` numbers."""
-    v, m, w = lanes.number, lanes.integer, lanes.width
+    v, m = lanes.number, lanes.integer
     text: list[str] = []
 
     def put(line: str):
@@ -139,5 +139,4 @@ def function(lanes: Lanes, calls: Calls) -> str:
     head = (
         f"define internal void @normals(ptr %to, ptr %pairs, i64 %size, {m} %runs, i64 %tick) noinline nounwind #0 {{\n"
     )
-    assert w >= 1
     return head + "".join(text) + "}\n"

@@ -44,9 +44,8 @@ class Simulation:
         self._fill("state", states or {}, lambda x: ~np.isfinite(x), "must be finite")
         self._kept = _aligned((self._groups, layout.states.stop - layout.states.start, width))
         self._kept[:] = self._ws[:, layout.states]
-        for run in range(
-            self._groups * width
-        ):  # what fills the last group is a copy of the last run that nobody asks for
+        # what fills the last group is a copy of the last run that nobody asks for: it is never alive
+        for run in range(self._groups * width):
             group, lane = divmod(run, width)
             key = noise.run_key(seed, first_run + min(run, self.runs - 1))
             self._words[group, :2, lane] = -(run < self.runs), np.uint64(key).astype(np.int64)

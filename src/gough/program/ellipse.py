@@ -52,10 +52,12 @@ class Ellipses:
             rows = i == j
             phi[rows] = np.interp(s[rows], self._arc_length(np.full(turns + 1, j), grid), grid)
         a, k = self.a[i], self.k[i]
+        going = np.ones(len(i), bool)  # each row stops by itself, so that it does not depend on the others
         for _ in range(8):
             step = (self._arc_length(i, phi) - s) / (a * np.sqrt(1 - k * np.cos(phi) ** 2))
-            phi = phi - step
-            if not (np.abs(step) > 1e-15 * (1 + np.abs(phi))).any():
+            phi = np.where(going, phi - step, phi)
+            going &= np.abs(step) > 1e-15 * (1 + np.abs(phi))
+            if not going.any():
                 break
         return np.where(np.isnan(s), np.nan, phi)
 

@@ -101,10 +101,6 @@ class _Job:
         self.signals = _chosen(run.signals)
         self.true = plant.true_machine
         self.law = controller.on(machine, run.period)
-        self.every = kernels.period_ticks(self.law.period, run.period)
-        if self.every != 1:
-            raise ExperimentError("a law runs at the run's period", key="controller.period", value=f"{self.law.period:g} s",
-                                  cure="leave the period of the controller out, or make it that of the run")
         self.motion = program.plan(machine)
         self.ticks = self.motion.count(run.period)
         self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
@@ -128,14 +124,7 @@ class _Job:
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
             {"theta_plant": self.true.theta, "theta_law": self.law.theta, "wrench": self.plant.wrench},
-            {
-                "z": np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]),
-                "v": np.zeros(schedule.by_name["v"].size),
-                "memory": np.zeros(schedule.by_name["memory"].size),
-                "law": flatten(state),
-                "u": u0,
-                "waiting": u0,
-            },
+            tick.first_states(schedule, np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]), state, u0),
             seed=self.run_part.seed,
         )
 

@@ -3,7 +3,7 @@
 The plant's fastest pole is that of its linearisation at home, A = d(z', v')/d(z, v), friction at its steepest: tanh at
 v = 0, bristles with their memory held at v = 0.  RK4 is stable on the real axis for |pole| h < 2.785.
 
-A law and a period are tried together: the map of one whole sample (sense, control, drive, RK4), without friction and
+A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without friction and
 quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
 """
 
@@ -75,24 +75,26 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
 
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
-    """Of the linearised closed loop at home and rest, per sample.  `law` bound to machine and period by `on`."""
+    """Of the linearised closed loop at home and rest, per sample of the law.  `law` bound to machine and period by `on`."""
     quiet = machine.replace(friction=None, drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None))
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
     state = law.init(rest, u0)
     schedule = tick.build(quiet, law, state, rest, period, substeps)
     fixed = {"theta_plant": quiet.theta, "theta_law": law.theta, "wrench": np.zeros(6), "reference": flatten(rest)}
-    states = {"z": _home(quiet), "v": np.zeros(len(quiet.velocities)), "memory": np.zeros(0), "law": flatten(state), "u": u0, "waiting": u0}
-    names = [name for name, value in states.items() if np.size(value)]
-    sizes = [np.size(states[name]) for name in names]
+    states = {name: value for name, value in tick.first_states(schedule, _home(quiet), state, u0).items() if value.size}
+    names, sizes = list(states), [value.size for value in states.values()]
     symbols = [ca.MX.sym(name, size) for name, size in zip(names, sizes, strict=True)]
     values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()} | {"memory": ca.MX(0, 1)}
     values |= dict(zip(names, symbols, strict=True))
-    for task in (*schedule.tasks, *(schedule.substep * substeps)):
-        out = task.function(*[values[name] for name in task.reads])
-        values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
+    every = max(task.every for task in schedule.tasks)
+    for k in range(every):
+        for task in (*schedule.tasks, *(schedule.substep * substeps)):
+            if k % task.every == 0:
+                out = task.function(*[values[name] for name in task.reads])
+                values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
     step = ca.Function("step", symbols, [ca.vertcat(*[values[name] for name in names])])
-    x0 = np.concatenate([np.ravel(states[name]) for name in names])
+    x0 = np.concatenate([states[name] for name in names])
     cut = np.cumsum(sizes)[:-1]
     scale = 1e-6 * np.maximum(np.abs(x0), 1e-2)
     columns = [
@@ -101,19 +103,21 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
     return float(np.abs(np.linalg.eigvals(np.stack(columns, -1))).max())
 
 
-def check_loop(machine, law, period: float, substeps: int, strict: bool = False) -> float:
-    """Warn (`strict`: refuse) when law and period do not go together on this machine.  The spectral radius.
+def check_loop(machine, law, period: float, substeps: int, strict: bool = False) -> float | None:
+    """Warn (`strict`: refuse) when law and period do not go together on this machine.  The spectral radius; None for a law in plain NumPy.
 
     Raises
     ------
     ExperimentError
         only with `strict`.
     """
+    if not law.symbolic:
+        return None
     radius = spectral_radius(machine, law, period, substeps)
     # the integrals and the kept command sit at 1 or below; 1e-6 is ten times the error of the differences
     if radius > 1 + 1e-6:
-        growth = math.log(2) / math.log(radius) * period
-        rule = f"{law.kind}: the loop at a period of {period * 1e3:g} ms is unstable on {machine.name}"
+        growth = math.log(2) / math.log(radius) * law.period
+        rule = f"{law.kind}: the loop at a period of {law.period * 1e3:g} ms is unstable on {machine.name}"
         value = f"spectral radius {radius:.6g} a sample (doubles in {growth * 1e3:.3g} ms)"
         cure = "lower the bandwidth or shorten the period"
         if strict:

@@ -20,7 +20,7 @@ import numpy as np
 from ..control.base import Controller, Measurement
 from ..declare import Shape
 from ..frames import rotation_of_abc_np
-from ..kernel import Schedule, Signal, Task
+from ..kernel import Schedule, Signal, Task, period_ticks
 from ..kernel.pack import flatten, names, symbols, unflatten
 from ..machine.base import Machine
 from ..mechanics.linear import solve_spd
@@ -34,9 +34,17 @@ LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Schedule:
     """The schedule for the true `machine` under `law` whose first state is `state`.
 
-    `reference` is any row; of it, and of `state`, only names and sizes matter, of machine and law only the structure.
+    `period` is that of the plant's sample; the law may tick at a multiple of it (`law.period`).  `reference` is any
+    row; of it, and of `state`, only names and sizes matter, of machine and law only the structure.
+
+    Raises
+    ------
+    InputError
+        the law's period is no multiple of `period`.
     """
-    return _built(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps)
+    every = period_ticks(law.period, period)
+    made = _built if law.symbolic else _built.__wrapped__  # a function of Python's belongs to this very law
+    return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, every)
 
 
 class _Template:
@@ -53,7 +61,7 @@ class _Template:
 
 
 @lru_cache(maxsize=64)
-def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int) -> Schedule:
+def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int, every: int) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
     memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
@@ -71,7 +79,8 @@ def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, p
         Signal("law", len(names(state)), "state", names(state)),
         Signal("u", n, "state", machine.joint_names),
         Signal("waiting", n, "state", machine.joint_names),
-        *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "u_c", "saturated")),
+        *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "saturated")),
+        Signal("u_c", n, "wire" if every == 1 else "state", machine.joint_names),  # kept between the ticks of a slower law
         *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
         *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
     ]
@@ -82,7 +91,7 @@ def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, p
     tasks = (
         Task("sense", _sense(machine, memory, noisy), ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
              ("q", "qd", "q_m", "friction")),
-        Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law")),
+        Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law"), every),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
     return Schedule(
@@ -94,6 +103,12 @@ def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, p
         LOGGED + ("law",) + (("memory",) if memory else ()),
         period,
     )
+
+
+def first_states(schedule: Schedule, z, law_state, u0) -> dict[str, np.ndarray]:
+    """The states of `schedule` at rest at the coordinates z, held by the forces u0."""
+    given = {"z": z, "law": flatten(law_state), "u": u0, "waiting": u0, "u_c": u0}
+    return {s.name: np.asarray(given.get(s.name, np.zeros(s.size))) for s in schedule.of_kind("state")}
 
 
 def rest_row(machine: Machine, x: np.ndarray) -> Reference:
@@ -137,6 +152,13 @@ def _sense(machine, memory, noisy):
 
 
 def _control(law, state, reference, n):
+    if not law.symbolic:
+
+        def control(theta, s, r, q_m, u):
+            command, after = law.step(unflatten(state, s), unflatten(reference, r), Measurement(q_m, u), theta)
+            return np.asarray(command.u, float), flatten(after)
+
+        return control
     theta = ca.SX.sym("theta", len(law.theta))
     s, r = symbols(state), symbols(reference)
     y = Measurement(ca.SX.sym("q_m", n), ca.SX.sym("u", n))

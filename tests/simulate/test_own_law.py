@@ -1,0 +1,67 @@
+"""A law of one's own: compiled when it is symbolic, slower and the same when it is plain NumPy."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pytest
+
+import gough as gk
+from gough.control.base import Command, Controller
+from gough.declare import quantity
+from gough.kernel import KernelWarning
+
+CIRCLE = gk.Circle(radius=0.02, feed=0.2, settle=0.05)
+
+
+class State(NamedTuple):
+    q: Any
+    u0: Any
+
+
+class Springs(Controller):
+    """PD on every strut about the force at rest."""
+
+    kind: str = "springs"
+    stiffness: float = quantity("N/m", "of each strut", above=0)
+    damping: float = quantity("N s/m", "of each strut", above=0)
+
+    def init(self, r0, u0):
+        return State(np.ravel(r0.q), np.ravel(u0))
+
+    def step(self, state, r, y, theta):
+        p = self.at(theta)
+        v = (y.q - state.q) / p.period
+        return Command(state.u0 + p.stiffness * (r.q - y.q) + p.damping * (r.qd - v)), State(y.q, state.u0)
+
+
+class PlainSprings(Springs):
+    """The same, in plain NumPy."""
+
+    symbolic: ClassVar[bool] = False
+
+    def step(self, state, r, y, theta):
+        v = (y.q - state.q) / self.period
+        u = state.u0 + self.stiffness * (r.q - y.q) + self.damping * (r.qd - v)
+        return Command(u), State(y.q, state.u0)
+
+
+def test_plain_numpy_gives_the_same_run_and_says_that_it_is_slow():
+    machine = gk.load_machine("nist-octahedral")
+    gains = {"stiffness": 4e6, "damping": 8e4}
+    fast = gk.simulate(machine, Springs(**gains), CIRCLE)
+    with pytest.warns(KernelWarning, match="control is plain Python"):
+        slow = gk.simulate(machine, PlainSprings(**gains), CIRCLE)
+    # interpreter and machine code differ by rounding; friction's bristles forget it
+    np.testing.assert_allclose(slow["x"], fast["x"], rtol=0, atol=1e-10)
+    # the heaviest direction of the coupled struts, 3960 kg, at v^2 / r = 2 m/s2, twice for the swing
+    assert fast.metrics["contour_error"]["max"] < 2 * 3960 * 2 / 4e6
+
+
+def test_two_plain_laws_keep_their_own_numbers():
+    machine = gk.load_machine("nist-octahedral").replace(friction=None)
+    short = gk.Line(to=[0.001, 0, 0], feed=0.1, settle=0.02)
+    with pytest.warns(KernelWarning):
+        runs = [gk.simulate(machine, PlainSprings(stiffness=k, damping=8e4), short)["x"] for k in (4e6, 2e6)]
+    assert not np.array_equal(*runs)
