@@ -32,7 +32,7 @@ def gough(tmp_path, monkeypatch, capsys):
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # put back what a command sets
-    before = signal.getsignal(signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
 
     def call(*arguments) -> Ended:
         capsys.readouterr()
@@ -43,7 +43,8 @@ def gough(tmp_path, monkeypatch, capsys):
         return Ended(caught.value.code or 0, out, err)
 
     yield call
-    signal.signal(signal.SIGTERM, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

@@ -255,6 +255,11 @@ def test_a_log_prints_what_ran_and_its_contour_error():
     assert lines[-2] == "  contour error   rms 31.7 um   max 49 um at t = 0.049 s (line 4)"
 
 
+@pytest.mark.parametrize(("period", "rate"), [(5e-4, " at 2000 Hz"), ("0.5 ms", " at 2000 Hz"), ("fast", ""), ([], "")])
+def test_the_sampling_rate_is_read_as_number_or_quantity(period, rate):
+    assert f"0.049 s{rate}, 50 samples" in repr(build(info={"run": {"period": period}}))
+
+
 def test_the_contour_error_printed_is_that_of_the_metrics_where_there_are_any():
     metrics = {"contour_error": {"max": 2e-6, "rms": 1e-6, "mean": 1e-6, "at": 0.02, "line": 7}, "samples": 500}
     text = repr(build(info={"metrics": metrics}))

@@ -173,11 +173,15 @@ def main(arguments: list[str] | None = None) -> None:
     """What the command `gough` does.  Ends by SystemExit."""
     arguments = sys.argv[1:] if arguments is None else arguments
     signal.signal(signal.SIGTERM, _terminate)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # a terminal without µ gets an escape, not a traceback
 
     def call(_outcome: Outcome) -> int:
         return app(arguments, prog_name="gough", standalone_mode=False)
 
-    sys.exit(finish(None, call, "--json" in arguments, "--debug" in arguments))
+    known = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    name = next((word for word in arguments if word in known), "arguments")
+    sys.exit(finish(name, call, "--json" in arguments, "--debug" in arguments, inner=True))
 
 
 def _terminate(_number: int, _frame: object) -> None:

@@ -47,7 +47,7 @@ def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
 
     program = load_program(file)
     if machine is None:
-        return "NC program", {"length": round(float(program.path().length), 6)}
+        return "NC program", {"length": round(float(program.path().s0[-1]), 6)}
     motion = program.plan(sheet.load_machine(machine))
     return "NC program", {"machine": machine, "duration": round(float(motion.duration), 3)}
 

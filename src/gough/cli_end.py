@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
+import signal
 import sys
 import threading
 import traceback
@@ -16,6 +18,7 @@ from .names import printable
 
 INTERRUPTED = 130
 MOST_LINES = 100
+LONGEST_LINE = 1000
 
 
 class Interrupted(KeyboardInterrupt):
@@ -25,7 +28,7 @@ class Interrupted(KeyboardInterrupt):
 class Outcome:
     """What a command has to say: lines for people as it goes, fields of the JSON object, and whether it failed."""
 
-    def __init__(self, command: str | None, as_json: bool):
+    def __init__(self, command: str, as_json: bool):
         self.as_json = as_json
         self.data: dict[str, Any] = {"schema": f"gough-{command}-1", "status": "done", "error": None}
 
@@ -40,15 +43,15 @@ class Outcome:
         tell(error)
 
 
-def finish(command: str | None, work: Callable[[Outcome], Any], as_json: bool, debug: bool) -> int:
+def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: bool, inner: bool = False) -> int:
     """Do the work of a command and return the exit status.
 
-    `command` None stands for reading the arguments: then the work returns the status of the command it called.
+    `inner`: the work reads the arguments and calls a command, which has its own end; it returns that one's status.
     """
-    outcome = Outcome(command or "error", as_json)
+    outcome = Outcome(command, as_json)
     try:
         status = work(outcome)
-        if command is None:
+        if inner:
             return status if isinstance(status, int) else 0
         status = 0 if outcome.data["status"] == "done" else 1
     except GoughError as error:
@@ -58,6 +61,8 @@ def finish(command: str | None, work: Callable[[Outcome], Any], as_json: bool, d
         status = error.exit_status
         outcome.data.update(status="error" if status == 2 else "failed", error=error.to_json())
     except KeyboardInterrupt as error:
+        with contextlib.suppress(ValueError):  # in a thread; else: a second Ctrl-C must not disturb the end
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
         if debug:
             traceback.print_exc()
         text = "terminated" if isinstance(error, Interrupted) else "interrupted"
@@ -91,7 +96,7 @@ def finish(command: str | None, work: Callable[[Outcome], Any], as_json: bool, d
 def tell(error: GoughError) -> None:
     """The lines of an error, on stderr; of thousands the first."""
     for problem in error.problems[:MOST_LINES]:
-        print(printable(str(problem)), file=sys.stderr)
+        print(printable(str(problem)[:LONGEST_LINE]), file=sys.stderr)
     if len(error.problems) > MOST_LINES:
         print(f"and {len(error.problems) - MOST_LINES} more", file=sys.stderr)
     sys.stderr.flush()

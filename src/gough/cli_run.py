@@ -160,4 +160,6 @@ def _table(logs: list) -> str:
         text = [line[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(line[1:], widths[1:], strict=True))]
         lines.append("  ".join(text).rstrip())
     lines.insert(1, "-" * max(map(len, lines)))
+    if any(row.best for row in rows):
+        lines.append("* the best of each line")
     return "\n".join(lines)

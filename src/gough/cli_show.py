@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .cli_end import Outcome
 from .errors import SheetError
-from .files import read_toml
+from .files import Document, read_toml
 from .machine.sheet import find, library, machine_of, source_of
 from .units import show
+
+if TYPE_CHECKING:
+    from .declare import Part
 
 
 def list_machines(outcome: Outcome) -> None:
@@ -40,7 +43,7 @@ def show_machine(name: str, outcome: Outcome) -> None:
     sources = document.data.get("source", {})
     rows = [
         {"key": key, "value": value, "unit": unit, "meaning": meaning, "source": source_of(key, sources)}
-        for key, value, unit, meaning in numbers(machine)
+        for key, value, unit, meaning in numbers(machine, document)
     ]
     outcome.data.update(name=machine.name, kind=machine.kind, path=str(path), numbers=rows)
     if outcome.as_json:
@@ -55,8 +58,8 @@ def show_machine(name: str, outcome: Outcome) -> None:
             outcome.say(f"{'':{width}}  {'':24}  - {row['source']}")
 
 
-def numbers(part: Any, above: str = "") -> list[tuple[str, Any, str, str]]:
-    """(dotted key, value, unit, meaning) of every number of a part, in the order of declaration."""
+def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, Any, str, str]]:
+    """(dotted key of the sheet, value, unit, meaning) of every number of a part, in the order of declaration."""
     from .declare import Part
 
     out = []
@@ -64,10 +67,12 @@ def numbers(part: Any, above: str = "") -> list[tuple[str, Any, str, str]]:
     for name in type(part).model_fields:
         value = getattr(part, name)
         if isinstance(value, Part):
-            out += numbers(value, f"{above}{name}.")
+            out += numbers(value, document, f"{above}{name}.")
         elif name in specs and value is not None:
+            key = above + name
+            key = f"{key}.pose" if document.line(f"{key}.pose") else key  # the one number that has a table to itself
             value = value.tolist() if isinstance(value, np.ndarray) else value
-            out.append((above + name, value, specs[name].unit, specs[name].meaning))
+            out.append((key, value, specs[name].unit, specs[name].meaning))
     return out
 
 

@@ -25,6 +25,7 @@ from .toml_lines import key_lines, too_deep
 
 LARGEST_TOML = 256 * 1024  # bytes; the largest sheet of the library has 8 kB
 DEEPEST_TOML = 32
+MOST_KEYS = 5000  # the largest sheet of the library has 90
 
 # characters that reorder or hide text on the screen: what a reader sees would not be what is read
 _HIDDEN = re.compile("[\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\u061c]")
@@ -149,21 +150,26 @@ def parse_toml(text: str, path: str | Path, kind: type[InputError] = ExperimentE
         raise _malformed(error, text, path, kind) from None
     lines = key_lines(text)
     document = Document(Path(path), text, data, lines)
-    _check_values(document, data, (), kind)
+    keys = _check_values(document, data, (), kind)
+    if keys > MOST_KEYS:
+        raise kind(f"a file of this kind has at most {MOST_KEYS} keys", file=str(path), value=str(keys))
     return document
 
 
-def _check_values(document: Document, value: Any, path: tuple[str, ...], kind: type[InputError]) -> None:
+def _check_values(document: Document, value: Any, path: tuple[str, ...], kind: type[InputError]) -> int:
+    """Refuse what is too deep or too large; the number of keys."""
+    keys = 0
     if len(path) > DEEPEST_TOML:
         raise document.locate(kind(f"nested deeper than {DEEPEST_TOML} levels", key=".".join(path)))
     if isinstance(value, dict):
         for key, inner in value.items():
-            _check_values(document, inner, path + (key,), kind)
+            keys += 1 + _check_values(document, inner, path + (key,), kind)
     elif isinstance(value, list):
         for i, inner in enumerate(value):
-            _check_values(document, inner, path + (str(i),), kind)
+            keys += _check_values(document, inner, path + (str(i),), kind)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise document.locate(kind("a whole number of TOML has 64 bits", key=".".join(path), value="more"))
+    return keys
 
 
 def _malformed(error: Exception, text: str, path: str | Path, kind: type[InputError]) -> InputError:

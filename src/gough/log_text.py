@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .units import show
+from .errors import UnitError
+from .units import show, to_si
 
 if TYPE_CHECKING:
     from .log import Log
@@ -57,7 +58,7 @@ def html(log: Log) -> str:
 def _extent(log: Log) -> str:
     n, t = len(log), log.t
     rows = f"{n} rows" if n != 1 else "1 row"
-    period = _number(log.info.get("run"), "period")
+    period = _period(log.info.get("run"))
     samples = log.metrics.get("samples")
     out = f"{t[-1] - t[0]:.4g} s" if n else "0 s"
     if period:
@@ -127,6 +128,12 @@ def contour(log: Log) -> dict[str, float]:
     return out
 
 
-def _number(table: Any, key: str) -> float | None:
-    value = table.get(key) if isinstance(table, dict) else None
+def _period(run: Any) -> float | None:
+    """Seconds of info["run"]["period"], a number or a quantity such as "0.001 s"; None if there is none."""
+    value = run.get("period") if isinstance(run, dict) else None
+    if isinstance(value, str):
+        try:
+            value = to_si(value, "s")
+        except UnitError:
+            return None
     return value if isinstance(value, int | float) and value > 0 else None

@@ -95,7 +95,7 @@ def _refuse_foreign(target: Path, shown: str | Path, force: bool) -> None:
             raise ExperimentError("must be a folder", key="--out", value=str(shown), cure="choose another name")
         foreign = any(target.iterdir()) and not made_by_gough(target)
     except OSError as error:
-        raise storage_error(error, path) from error
+        raise storage_error(error, shown) from error
     if foreign and not force:
         raise ExperimentError(
             "the folder holds files that gough did not make",

@@ -20,7 +20,7 @@ def law(x, r, p, w):
 
 
 def test_a_law_in_plain_python_runs_and_says_once_that_it_is_slow():
-    with pytest.warns(KernelWarning, match="task law is plain Python: .* 25 times slower") as record:
+    with pytest.warns(KernelWarning, match="task law is plain Python: .* 20 to 60 times slower") as record:
         kernel = compile(pendulum(control=law))
         rows = kernel.start(*VALUES).advance(100, reference(100))
     assert len(record) == 1 and not kernel.native

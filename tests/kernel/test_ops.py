@@ -129,9 +129,9 @@ def test_an_operation_gives_what_the_interpreter_gives(name, lanes):
     got = compile_rows(function, lanes=lanes, cache=False)(*(values[:, [i]] for i in range(count)))[0][:, 0]
     off = distance(got, expected)
     worst = int(np.argmax(off))
-    # one lane calls the same C library as CasADi: 1 ulp is what the issue allows; libmvec promises 4, and erfinv's two
-    # Newton steps divide an error of erf by a slope that vanishes toward 1
-    allowed = 1 if lanes == 1 else 64 if name == "erfinv" else 4
+    # one lane calls the same C library as CasADi: 1 ulp is allowed; so it is in all lanes for erfinv, which would
+    # magnify a last bit; libmvec promises 4
+    allowed = 1 if lanes == 1 or name == "erfinv" else 4
     assert off[worst] <= allowed, f"{name}{tuple(values[worst])} = {got[worst]}, expected {expected[worst]}"
 
 
@@ -204,3 +204,16 @@ def test_a_symbol_that_is_no_input_is_named():
     x, stranger = ca.SX.sym("x"), ca.SX.sym("stranger")
     with pytest.raises(InputError, match="f depends on symbols that are no inputs, got stranger"):
         trace(ca.Function("f", [x], [x * stranger], {"allow_free": True}))
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 4, 8])
+def test_erfinv_agrees_up_to_the_last_numbers_below_one(lanes):
+    """Its Newton steps divide by a slope vanishing there: libmvec's erf gave 1e-3 relative, fused products 1e-12."""
+    x = ca.SX.sym("x")
+    function = ca.Function("f", [x], [ca.erfinv(x)])
+    rng = np.random.default_rng(4)
+    near = 1 - 10.0 ** -rng.uniform(1, 16, 3000)
+    values = np.r_[rng.uniform(-1, 1, 3000), near, -near][:, None]
+    expected = np.array([float(function(v)) for v in values[:, 0]])
+    got = compile_rows(function, lanes=lanes, cache=False)(values)[0][:, 0]
+    assert distance(got, expected).max() <= 1

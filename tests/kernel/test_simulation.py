@@ -298,3 +298,20 @@ def test_threads_share_a_kernel(lanes, native):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(run, range(len(GAINS))))
     assert all(np.array_equal(rows, run(first)) for first, rows in enumerate(together))
+
+
+def test_an_exact_function_and_a_fused_one_share_a_kernel():
+    """Both call sin, exp and fmod: the exact one lane by lane, the other by vectors."""
+    x = ca.SX.sym("x")
+    smooth = ca.sin(x) + ca.exp(-x * x) + ca.fmod(x, 0.3)
+    exact = ca.Function("exact", [x], [ca.erfinv(x / 2) + smooth])
+    signals = [Signal("x", 1, "parameter"), Signal("y", 1, "wire"), Signal("z", 1, "wire")]
+    tasks = [Task("exact", exact, "x", "y"), Task("fused", ca.Function("fused", [x], [smooth]), "x", "z")]
+    values = np.linspace(-1.9, 1.9, 8)[:, None]
+    rows = {}
+    for lanes in (1, 8):
+        kernel = compile(Schedule(signals, tasks, log=("y", "z")), lanes)
+        rows[lanes] = kernel.start({"x": values}, runs=8).advance(1)[0]
+    at = kernel.columns
+    assert np.array_equal(rows[1][:, at["y"]], rows[8][:, at["y"]])
+    np.testing.assert_allclose(rows[8][:, at["z"]], rows[1][:, at["z"]], rtol=1e-12, atol=1e-15)

@@ -4,7 +4,6 @@ import time
 
 import numpy as np
 import pytest
-from oracle.dense_contour import angle_between, closest
 
 from gough.frames import quaternion_of_abc_np, quaternion_of_rotation_np, rotation_of_abc_np, rotation_of_vector_np
 from gough.measure import ContourMeter
@@ -13,6 +12,7 @@ from gough.program.blocks import Arc, Block, Line, Rest
 from gough.program.feed import Feed, Limits
 from gough.program.path import Path
 from gough.program.reference import Motion
+from oracle.dense_contour import angle_between, closest
 
 LIMITS = Limits(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
 

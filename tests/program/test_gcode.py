@@ -291,6 +291,26 @@ def test_a_file_beyond_64_mb_is_refused_without_being_read_on(tmp_path):
         load_program(file)
 
 
+def test_a_damaged_program_is_read_or_refused_and_nothing_else():
+    """Bytes of the example changed, dropped and doubled, seed 0: a path, or a ProgramError with lines."""
+    rng, text = np.random.default_rng(0), EXAMPLE.read_text()
+    alphabet = "GXYZABCFIJRNM0123456789.-+ ()%;/#[]\n\t\x00\u00e9eE"
+    refused = 0
+    for _ in range(300):
+        chars = list(text)
+        for _ in range(rng.integers(1, 8)):
+            at = int(rng.integers(len(chars)))
+            put = [alphabet[k] for k in rng.integers(len(alphabet), size=rng.integers(0, 3))]
+            chars[at : at + int(rng.integers(0, 3))] = put
+        try:
+            path = Path(read_gcode("".join(chars), "part.ngc"))
+            assert np.isfinite(path.s0).all()
+        except ProgramError as error:
+            refused += 1
+            assert all(p.file == "part.ngc" and p.line for p in error.problems), str(error)
+    assert 0.5 < refused / 300 < 1
+
+
 def test_what_is_written_reads_back_as_it_was():
     path = CircleDiamondSquare(feed=0.04).path()
     back = Path(read_gcode(to_gcode(path)))

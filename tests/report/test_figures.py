@@ -66,7 +66,16 @@ def test_a_circle_that_is_not_there_is_an_error_with_those_that_are(logs):
 
 def test_the_path_is_coloured_by_the_larger_error_of_each_piece(logs):
     (pieces,) = path(logs[0]).collections
-    assert pieces.get_array().max() * 1e-6 == pytest.approx(logs[0]["contour_error"].max(), rel=1e-12)
+    error = logs[0]["contour_error"][logs[0]["counted"] == 1]
+    assert pieces.get_array().max() * 1e-6 == pytest.approx(error.max(), rel=1e-12)
+
+
+def test_what_is_not_counted_is_not_coloured():
+    log = make_log(seconds=30.0)
+    log.dataset["counted"].values[5000:9000] = 0
+    log.dataset["contour_error"].values[5000:9000] = 1.0
+    (pieces,) = path(log).collections
+    assert pieces.get_array().max() < 100  # um
 
 
 def test_log_plot_leads_to_the_figures(short):
@@ -152,4 +161,4 @@ def test_the_colours_of_error_darken_steadily():
         linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
         return linear @ [0.2126, 0.7152, 0.0722]
 
-    assert np.all(np.diff([luminance(colour) for colour in style.ERROR_SCALE]) < 0)
+    assert np.all(np.diff([luminance(colour) for colour in style.ERROR_COLOURS]) < 0)

@@ -119,6 +119,23 @@ def test_inputs_that_are_the_same_stand_once(parsed):
     assert parsed.text.count("substeps = 4") == 2  # the seeds differ
 
 
+def test_a_program_among_the_files_stands_once_and_with_line_numbers(logs):
+    found = Page(page(logs, {"part.ngc": logs[0].info["program"]["text"]}))
+    assert found.text.count("(circle, diamond, square)") == 12
+    assert {"class": "numbered"} in [attrs for tag, attrs in found.tags if tag == "pre"]
+
+
+def test_what_the_controller_was_not_told_is_set_beside_what_it_believed(short):
+    from gough.log import Log
+
+    machine = {"platform": {"mass": "150.0 kg"}, "drive": {"lead": {"unit": "m", "value": 0.025}}}
+    true = {"platform": {"mass": "170.0 kg"}, "drive": {"lead": {"unit": "m", "value": 0.025}}}
+    info = short.info | {"machine": machine, "plant": {"machine": true}}
+    text = page(Log(short.dataset.assign_attrs(gough=json.dumps(info))))
+    assert "<tr><td>platform.mass</td><td>150.0 kg</td><td>170.0 kg</td></tr>" in text
+    assert "<td>drive.lead</td>" not in text
+
+
 def test_every_chart_has_its_place_and_every_place_its_chart(parsed):
     places = [attrs["id"] for _, attrs in parsed.tags if attrs.get("class") == "chart"]
     assert sorted(places) == sorted(parsed.charts)
@@ -143,6 +160,14 @@ def test_hovering_over_the_path_tells_the_line_error_and_time_of_one_row(logs, p
     rows = np.round(times * 1000).astype(int)
     np.testing.assert_array_equal(lines, logs[0]["line"][rows])
     np.testing.assert_allclose(unpacked(trace["marker"]["color"]), 1e6 * logs[0]["contour_error"][rows], rtol=1e-6)
+
+
+def test_only_counted_rows_are_coloured_and_the_colours_end_at_their_worst(logs, parsed):
+    for i, log in enumerate(logs):
+        rows = np.round(unpacked(parsed.charts[f"path-{i}"]["data"][1]["customdata"])[:, 1] * 1000).astype(int)
+        assert len(rows) > 1000 and np.all(log["counted"][rows] == 1)
+    top = max(log["contour_error"][log["counted"] == 1].max() for log in logs)
+    assert parsed.charts["path-0"]["data"][1]["marker"]["cmax"] * 1e-6 == pytest.approx(top, rel=1e-12)
 
 
 def test_both_paths_share_one_scale_of_colours(parsed):

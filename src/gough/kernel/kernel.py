@@ -68,8 +68,8 @@ def compile(schedule: Schedule, lanes: int | str = 1, cache: bool = True, native
             raise InputError("no machine code can be made", value=reason, cure='native="auto" takes the interpreter')
         if native:
             warnings.warn(
-                f"{reason}: the interpreter runs it, some 25 times slower than machine code of one lane and 100 times "
-                "slower than of eight",
+                f"{reason}: the interpreter runs it, 20 to 60 times slower than machine code of one lane and 130 to "
+                "300 times slower than of eight",
                 KernelWarning,
                 stacklevel=2,
             )

@@ -103,22 +103,24 @@ class Calls:
 
     def __init__(self, lanes: Lanes):
         self.lanes = lanes
-        self.used: dict[str, str] = {}  # function -> symbol or "" for lane by lane
+        self.used: dict[tuple[str, bool], str] = {}  # function, exact -> symbol or "" for lane by lane
         self.symbols: dict[str, str] = {}  # name in the module -> symbol of the library
 
-    def name(self, function: str) -> str:
-        """The name under which the module calls this function on all lanes."""
-        if function not in self.used:
-            symbol = function if self.lanes.width == 1 else vector_symbol(function, self.lanes.width)
-            self.used[function] = symbol or ""
+    def name(self, function: str, exact: bool = False) -> str:
+        """The name under which the module calls this function on all lanes; `exact`: the C library in every lane."""
+        key = function, exact and self.lanes.width > 1
+        if key not in self.used:
+            scalar = self.lanes.width == 1
+            symbol = function if scalar else "" if exact else vector_symbol(function, self.lanes.width) or ""
+            self.used[key] = symbol
             self.symbols[f"gough.{symbol or function}"] = symbol or function
-        symbol = self.used[function]
+        symbol = self.used[key]
         return f"@gough.{symbol}" if symbol else f"@each.{function}"
 
     def text(self) -> str:
         """Declarations, and the functions that call the C library lane by lane."""
         lines = []
-        for function, symbol in self.used.items():
+        for function, symbol in dict.fromkeys((function, symbol) for (function, _), symbol in self.used.items()):
             count = ops.LIBM[function]
             kind = self.lanes.number if symbol else "double"
             lines.append(f"declare {kind} @gough.{symbol or function}({', '.join([kind] * count)}) {_PURE}\n")

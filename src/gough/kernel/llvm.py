@@ -35,6 +35,7 @@ class _Printer:
         self.tape, self.lanes, self.calls = tape, lanes, calls
         self.lines: list[str] = []
         self.conditions: dict[int, str] = {}  # value number -> register that holds it as a condition
+        self.flags = "" if tape.exact else lanes.flags
         self.zero = lanes.constant(_ZERO)
         self.one = lanes.constant(_ONE)
 
@@ -76,11 +77,11 @@ class _Printer:
         v, x = self.lanes.number, self.value(a)
         y = self.value(b) if is_binary(op) else None
         if op in _FUSIBLE:
-            self._put(f"%v{n} = {_FUSIBLE[op]} {self.lanes.flags}{v} {x}, {y}")
+            self._put(f"%v{n} = {_FUSIBLE[op]} {self.flags}{v} {x}, {y}")
         elif op == "sq":
-            self._put(f"%v{n} = fmul {self.lanes.flags}{v} {x}, {x}")
+            self._put(f"%v{n} = fmul {self.flags}{v} {x}, {x}")
         elif op == "twice":
-            self._put(f"%v{n} = fadd {self.lanes.flags}{v} {x}, {x}")
+            self._put(f"%v{n} = fadd {self.flags}{v} {x}, {x}")
         elif op == "div":
             self._put(f"%v{n} = fdiv {v} {x}, {y}")
         elif op == "inv":
@@ -94,7 +95,7 @@ class _Printer:
             self._logical(n, op, a, b, x, y)
         elif op in ops.LIBM:
             arguments = ", ".join(f"{v} {z}" for z in ((x,) if y is None else (x, y)))
-            self._put(f"%v{n} = call {v} {self.calls.name(op)}({arguments})")
+            self._put(f"%v{n} = call {v} {self.calls.name(op, self.tape.exact)}({arguments})")
         else:
             self._choice(n, op, a, x, y)
 

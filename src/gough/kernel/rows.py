@@ -39,7 +39,9 @@ def compile_rows(
         if native is True:
             raise InputError("no machine code can be made", value=reason, cure='native="auto" takes the interpreter')
         if native:
-            warnings.warn(f"{reason}: {tape.name} is interpreted, some 100 times slower", KernelWarning, stacklevel=2)
+            warnings.warn(
+                f"{reason}: {tape.name} is interpreted, several hundred times slower", KernelWarning, stacklevel=2
+            )
         return Rows(tape, _Interpreter(function), 1)
     width = width_of(lanes)
     return Rows(tape, _Native(tape, width, cache), width)

@@ -120,7 +120,9 @@ def _number(value):
 
 
 def _largest(values):
-    return None if not values or None in values else _number(max(values))
+    if not values or not all(value is not None and math.isfinite(value) for value in values):
+        return None
+    return float(max(values))
 
 
 class Measured:

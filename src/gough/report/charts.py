@@ -18,6 +18,7 @@ from .prepare import (
     Circle,
     circle_numbers,
     circles,
+    counted,
     human,
     magnification,
     magnified,
@@ -33,7 +34,7 @@ from .style import COLOURS, ERROR_SCALE, INK
 
 GRID = "#e6eaee"
 _FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", "size": 12.5}
-_SCALE = [[i / (len(ERROR_SCALE) - 1), colour] for i, colour in enumerate(ERROR_SCALE)]
+_SCALE = [list(stop) for stop in ERROR_SCALE]
 _PARTS = {"base": ("#4a545e", 6), "platform": ("#0072B2", 6), "strut": ("#8d98a3", 5), "tool": ("#D55E00", 6)}
 
 
@@ -76,7 +77,9 @@ def path(log: Log, top: float, length: Any) -> dict[str, Any]:
     scale = scale_for([top], "m")
     rows = path_rows(error)
     xy = length.times * p[rows][:, [plane.first, plane.second]]
-    thread = _line(xy[:, 0], xy[:, 1], "", "#d5dde5", 1) | {"hoverinfo": "skip"}
+    thread = _line(xy[:, 0], xy[:, 1], "", "#cfd7df", 1) | {"hoverinfo": "skip"}
+    keep = counted(log)[rows]
+    rows, xy = rows[keep], xy[keep]
     line = log["line"][rows] if "line" in log else np.zeros(len(rows))
     shown = scale.times * error[rows]
     order = np.argsort(shown, kind="stable")  # the largest errors on top, NaN last
@@ -165,10 +168,17 @@ def machine(log: Log) -> dict[str, Any] | None:
         p = tip(log)
         rows = thin(log["contour_error"] if "contour_error" in log else p[:, 0], 2000)
         data.append(_space(p[rows], "tool path", "#D55E00", 3))
+    corners = np.concatenate([np.asarray(part["points"], float) for part in log.info["drawing"] if part.get("points")])
+    extent = np.ptp(corners, axis=0)
+    # as large as the picture allows, seen 18 degrees from above: 1.62 high and 2.7 wide fill it, by trial
+    extent = np.maximum(extent, 0.1 * extent.max()) if extent.max() > 0 else np.ones(3)
+    wide = float(np.hypot(extent[0], extent[1]))
+    size = min(1.62 / (0.95 * extent[2] + 0.31 * wide), 2.7 / wide)
+    ratio = {n: float(size * side) for n, side in zip("xyz", extent, strict=True)}
     axis = {"backgroundcolor": "#ffffff", "gridcolor": GRID, "zerolinecolor": GRID, "color": "#5a646e"}
     scene = {f"{n}axis": axis | {"title": {"text": f"{n} [m]"}} for n in "xyz"}
-    camera = {"eye": {"x": 1.5, "y": 1.3, "z": 0.6}, "center": {"x": 0, "y": 0, "z": -0.12}}
-    scene |= {"aspectmode": "data", "camera": camera}
+    camera = {"eye": {"x": 1.2, "y": 1.0, "z": 0.5}, "projection": {"type": "orthographic"}}
+    scene |= {"aspectmode": "manual", "aspectratio": ratio, "camera": camera}
     layout = {"scene": scene, "height": 560, "margin": {"l": 0, "r": 0, "t": 0, "b": 0}, "showlegend": False}
     return {"data": data, "layout": layout | {"font": _FONT, "paper_bgcolor": "#ffffff"}}
 

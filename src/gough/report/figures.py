@@ -21,6 +21,7 @@ from .prepare import (
     as_logs,
     circle_numbers,
     circles,
+    counted,
     human,
     labels,
     magnification,
@@ -51,12 +52,11 @@ def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
         error = scale.times * log["contour_error"]
         rows = thin(error)
         drawn += ax.plot(log.t[rows], error[rows], label=style.verbatim(human(name)), linewidth=0.8)
-        finite = error[np.isfinite(error)]
-        top = max(top, float(finite.max()) if finite.size else 0.0)
+        top = max(top, _top(error))
     _uncounted(logs[0], ax)
     for i, log in enumerate(logs):
         times = [entry["time"] for entry in reversals(log)]
-        level = -(0.04 + 0.045 * i) * (top or 1.0)
+        level = -(0.04 + 0.045 * i) * top
         ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, markeredgewidth=0.8,
                 color=drawn[i].get_color())
     title = f"Contour error: {_whose(logs[0])}" if len(logs) == 1 else "Contour error"
@@ -77,12 +77,17 @@ def path(log: Log, ax: Any = None) -> Any:
     plane = plane_of([p])
     error = log["contour_error"]
     rows = path_rows(error)
-    scale = scale_for(error, "m")
+    scale = scale_for(error[counted(log)], "m")
     length = scale_for(p[:, [plane.first, plane.second]], "m")
     xy = length.times * p[rows][:, [plane.first, plane.second]]
     colours = LinearSegmentedColormap.from_list("gough_error", style.ERROR_SCALE)
-    lines = LineCollection(np.stack([xy[:-1], xy[1:]], axis=1), cmap=colours, linewidths=2.2, capstyle="round")
-    lines.set_array(scale.times * np.maximum(error[rows][:-1], error[rows][1:]))
+    feed = counted(log)[rows]
+    feed = feed[:-1] & feed[1:]  # pieces of which both ends count
+    ax.plot(xy[:, 0], xy[:, 1], color="#cfd7df", linewidth=0.8)
+    lines = LineCollection(np.stack([xy[:-1], xy[1:]], axis=1)[feed], cmap=colours, linewidths=2.2, capstyle="round")
+    shown = scale.times * np.maximum(error[rows][:-1], error[rows][1:])[feed]
+    lines.set_array(shown)
+    lines.set_clim(0, _top(shown))
     ax.add_collection(lines)
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
@@ -211,6 +216,12 @@ def _joints(
     style.legend_above(ax)
     _failed([log], ax)
     return ax
+
+
+def _top(values: np.ndarray) -> float:
+    """The largest finite value, 1 if there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size and finite.max() > 0 else 1.0
 
 
 def _whose(log: Log) -> str:

@@ -19,7 +19,7 @@ LONGEST = 400_000
 _PARTS = (
     ("machine", "Machine sheet"),
     ("controller", "Controller"),
-    ("plant", "Plant: what differs from the machine and nobody told the controller"),
+    ("plant", "Plant: what is true and the controller was not told"),
     ("program", "Program"),
     ("run", "Run"),
 )
@@ -28,35 +28,73 @@ _PARTS = (
 def section(logs: list[Log], files: Mapping[str, str]) -> Section:
     """Every input and version, collapsed; what is the same for all logs stands once."""
     names = heads(logs)
-    parts = [_details(name, _pre(text)) for name, text in files.items()]
+    programs = {_program_text(log) for log in logs}
+    # a program among the files stands once, as the program with its line numbers
+    parts = [_details(name, _pre(text)) for name, text in files.items() if text not in programs]
     for key, heading in _PARTS:
-        for whose, value in _grouped(logs, names, key):
+        for whose, log, value in _grouped(logs, names, key):
             if key == "program":
                 parts += _program(value, whose)
+            elif key == "plant" and isinstance(value, dict) and value:
+                difference = _difference(log.info.get("machine"), value)
+                parts.append(_details(heading, difference + _pre(_toml(value)), whose))
             elif value not in (None, {}, [], ""):
                 parts.append(_details(heading, _pre(_toml(value)), whose))
-    for whose, value in _grouped(logs, names, "versions"):
+    for whose, _, value in _grouped(logs, names, "versions"):
         facts = value if isinstance(value, dict) else {}
         gough = next((log.info.get("version") for log in logs if log.info.get("version")), None)
         processor = next((log.info.get("processor") for log in logs if log.info.get("processor")), None)
         facts = {"gough": gough} | facts | ({"processor": processor} if processor else {})
         parts.append(_details("Versions", _facts({k: v for k, v in facts.items() if v is not None}), whose))
-    for whose, value in _grouped(logs, names, "hashes"):
+    for whose, _, value in _grouped(logs, names, "hashes"):
         if isinstance(value, dict) and value:
             parts.append(_details("Hashes (SHA-256)", _facts(value), whose))
     note = '<p class="note">Everything that went in. The same inputs, seed and versions give the same numbers.</p>'
     return Section("inputs", "What made this", note + "\n".join(parts))
 
 
-def _grouped(logs: list[Log], names: list[str], key: str) -> list[tuple[str, Any]]:
-    """(names of the logs, value) for each different value of info[key]; no names if it is one and the same for all."""
-    groups: dict[str, tuple[list[str], Any]] = {}
+def _grouped(logs: list[Log], names: list[str], key: str) -> list[tuple[str, Log, Any]]:
+    """(names, first log, value) for each different value of info[key]; no names if it is one and the same for all.
+
+    Plants are the same only if what was believed of them is too: they are shown by the difference.
+    """
+    groups: dict[str, tuple[list[str], Log, Any]] = {}
     for log, name in zip(logs, names, strict=True):
         value = log.info.get(key)
-        groups.setdefault(json.dumps(value, sort_keys=True), ([], value))[0].append(name)
-    if len(groups) == 1:
-        return [("", next(iter(groups.values()))[1])]
-    return [(", ".join(whose), value) for whose, value in groups.values()]
+        same = json.dumps([value, log.info.get("machine") if key == "plant" else None], sort_keys=True)
+        groups.setdefault(same, ([], log, value))[0].append(name)
+    alone = len(groups) == 1
+    return [("" if alone else ", ".join(whose), log, value) for whose, log, value in groups.values()]
+
+
+def _program_text(log: Log) -> str | None:
+    program = log.info.get("program")
+    return program.get("text") if isinstance(program, dict) else None
+
+
+def _difference(believed: Any, plant: Mapping[str, Any]) -> str:
+    """A table of the numbers in which the true machine is not the believed one."""
+    told, true = _flat(believed), _flat(plant.get("machine"))
+    keys = [key for key in true | told if told.get(key) != true.get(key)]
+    if not true or not keys:
+        return ""
+    head = "<tr><th>number</th><th>believed</th><th>true</th></tr>"
+    cells = ([key, told.get(key, "none"), true.get(key, "none")] for key in keys)
+    rows = "".join("<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in cells)
+    return f'<table class="facts"><thead>{head}</thead><tbody>{rows}</tbody></table>'
+
+
+def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
+    """Nested tables as one, by dotted keys; a quantity of unit and value stays one entry."""
+    if not isinstance(table, Mapping):
+        return {}
+    out: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and set(value) != {"unit", "value"}:
+            out |= _flat(value, f"{prefix}{key}.")
+        else:
+            out[f"{prefix}{key}"] = f"{value['value']} {value['unit']}" if isinstance(value, Mapping) else value
+    return out
 
 
 def _program(value: Any, whose: str) -> list[str]:

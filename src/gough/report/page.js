@@ -43,7 +43,11 @@
     drawn.add(box.id);
     let chart = charts[box.id];
     if (chart.layout.scene && !webgl()) chart = flat(chart);
-    const modeBarButtons = chart.layout.scene ? buttons3d : buttons2d;
+    const scene = chart.layout.scene;
+    if (scene && box.clientWidth < 850) { // its size goes by the height of the picture
+      for (const n of "xyz") scene.aspectratio[n] *= box.clientWidth / 850;
+    }
+    const modeBarButtons = scene ? buttons3d : buttons2d;
     Plotly.newPlot(box, chart.data, chart.layout, { ...config, modeBarButtons });
   }
 

@@ -101,6 +101,11 @@ def scale_for(values: Any, si_unit: str) -> Scale:
     return Scale(unit, 1 / size)
 
 
+def counted(log: Log) -> np.ndarray:
+    """Whether each row is of a feed move, which the metrics count; all rows of a log that does not say.  (n,) bool."""
+    return log["counted"] == 1 if "counted" in log else np.ones(len(log), bool)
+
+
 def spans(flags: np.ndarray, t: np.ndarray) -> list[tuple[float, float]]:
     """Times from and to where `flags` (n,) holds."""
     flags = np.concatenate([[False], np.asarray(flags, bool), [False]])

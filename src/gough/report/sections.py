@@ -10,7 +10,7 @@ import numpy as np
 
 from ..log import Log
 from . import charts as draw
-from .prepare import human, labels, plane_of, scale_for, tip
+from .prepare import counted, human, labels, plane_of, scale_for, tip
 from .style import COLOURS
 from .table import heads, report_table
 
@@ -72,7 +72,7 @@ def _path(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section
     for i, log, name in shown:
         charts[f"path-{i}"] = draw.path(log, top, length)
         boxes.append(_figure(f"path-{i}", f"<b>{escape(human(name))}</b>", 430))
-    note = f"Seen in the {plane.label} plane of the machine. Dark is far from the programmed path"
+    note = f"Seen in the {plane.label} plane of W. Dark is far from the programmed path, a thin line is a rapid"
     note += "; the colours mean the same in each picture." if len(shown) > 1 else "."
     return Section("path", "Tool path coloured by contour error", _note(note) + _grid(boxes))
 
@@ -107,7 +107,7 @@ def _forces(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Secti
         if len(log) and "u" in log:
             charts[f"forces-{i}"] = draw.forces(log)
             boxes.append(_figure(f"forces-{i}", f"<b>{escape(human(name))}</b>", 360))
-    note = "Applied by the drives, positive lengthens the strut."
+    note = "As the drives apply them; positive pushes a joint the way its coordinate grows: it lengthens a strut."
     return Section("forces", "Strut forces", _note(note) + _grid(boxes)) if boxes else None
 
 
@@ -123,9 +123,7 @@ def _machine(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Sec
 def _top(log: Log) -> float:
     """The largest counted contour error, m: what is not counted must not set the colours."""
     error = log["contour_error"]
-    keep = np.isfinite(error)
-    if "counted" in log and (keep & (log["counted"] == 1)).any():
-        keep &= log["counted"] == 1
+    keep = np.isfinite(error) & counted(log)
     return float(error[keep].max()) if keep.any() else 0.0
 
 

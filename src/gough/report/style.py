@@ -11,7 +11,9 @@ PATH = Path(__file__).with_name("gough.mplstyle")  # for plt.style.use(PATH)
 # Okabe and Ito; the same order as in gough.mplstyle (a test)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 # small error pale, large error dark: lightness alone tells the order, also in grey and to every colour vision
-ERROR_SCALE = ("#c5d3e0", "#86b2d1", "#e0973f", "#b5402a", "#5e0b18")
+ERROR_COLOURS = ("#c5d3e0", "#86b2d1", "#e0973f", "#b5402a", "#5e0b18")
+# (place in 0..1, colour): closer together at small errors, because most of a path is far below its worst corner
+ERROR_SCALE = tuple(((i / 4) ** 2, colour) for i, colour in enumerate(ERROR_COLOURS))
 INK = "#2b333b"
 
 
