@@ -52,7 +52,8 @@ def together(jobs: Sequence[Callable[[], Any]], stop: threading.Event, at_once: 
     except BaseException:
         stop.set()
         until = time.monotonic() + PATIENCE
-        for thread in threads:
-            thread.join(max(0.0, until - time.monotonic()))
+        # not join(): a thread whose start was interrupted may not have begun
+        while time.monotonic() < until and any(thread.is_alive() for thread in threads):
+            time.sleep(0.01)
         raise
     return out

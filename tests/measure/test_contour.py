@@ -133,15 +133,18 @@ def test_where_the_path_crosses_itself_the_search_stays_on_its_branch(machine):
     np.testing.assert_allclose(found.lag[first], 0, atol=1e-12)
 
 
-def test_the_search_never_leaves_its_window(machine):
-    """Concentric turns 0.1 mm apart, the tool on the neighbouring turn."""
-    turns = spiral(2e-3)[:, :2] * 0.2
-    motion = motion_of(lines(np.column_stack([turns, 1e-5 * np.arange(len(turns))])), machine)
-    Ts = 2e-3
+@pytest.mark.parametrize("step", [2e-3, 1e-4])
+def test_the_search_never_leaves_its_window(step, machine):
+    """Turns of 2 cm one above the other, much closer than the tool is to its own."""
+    turns = spiral(step)[:, :2] * 0.2
+    rising = np.column_stack([turns, 3e-4 * np.arange(len(turns)) / len(turns)])
+    motion = motion_of(lines(rising, feed=0.01), machine, "constant")
+    Ts = 3e-2
     n = motion.count(Ts)
     r, book = motion.sample(0, n, Ts), motion.book(0, n, Ts)
     found = ContourMeter(motion)(0, n, Ts, true_of(r, 3e-4 * np.random.default_rng(0).normal(size=(n, 3))))
     assert (np.abs(found.lag) <= book.window * (1 + 1e-12)).all()
+    assert n > 300
 
 
 def test_on_a_path_run_back_over_itself_the_tool_is_where_the_reference_is(machine):
@@ -152,6 +155,13 @@ def test_on_a_path_run_back_over_itself_the_tool_is_where_the_reference_is(machi
     found = ContourMeter(motion)(0, n, Ts, true_of(r, np.array([0, 1e-5, 0])))
     np.testing.assert_allclose(found.contour_error, 1e-5, rtol=1e-9)
     np.testing.assert_allclose(found.lag, 0, atol=1e-12)
+    # and 1 mm behind it, with an error that rounds differently on the two ways
+    aside = np.zeros((n, 3))
+    aside[:, 1:] = 1e-5 * np.random.default_rng(0).normal(size=(n, 2))
+    found = ContourMeter(motion)(0, n, Ts, true_of(r, aside - 1e-3 * r.tangent))
+    clear = (np.abs(r.s[:, 0] - 0.0505) > 0.00051) & (r.s[:, 0] > 0.001)  # on the path, not before or beyond it
+    np.testing.assert_allclose(found.contour_error[clear], np.hypot(*aside[clear, 1:].T), atol=1e-12)
+    np.testing.assert_allclose(found.lag[clear], 1e-3, atol=1e-12)
 
 
 def test_radial_error_of_a_circle_is_positive_outside_and_taken_in_its_plane(machine):

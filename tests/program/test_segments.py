@@ -138,6 +138,24 @@ def test_on_a_circle_of_several_turns_the_nearest_turn_is_taken():
     np.testing.assert_allclose(batch.closest(i, p, lo, hi, s + away), s + np.array([1, 1, -1]) * turn, atol=1e-13)
 
 
+def test_at_the_end_of_a_full_circle_the_closest_point_may_be_at_its_start():
+    """The turn nearest to `near` would lie behind the end; the circle has the point one turn before."""
+    batch = batches([Arc((0.01, 0, 0), (0, 0, 0), (0, 0, 1), 2 * np.pi)])[1]
+    i, lo, hi = np.zeros(2, int), np.zeros(2), np.full(2, batch.length[0])
+    p = 0.011 * np.array([[np.cos(0.1), np.sin(0.1), 0], [np.cos(-0.1), np.sin(-0.1), 0]])
+    s = batch.closest(i, p, lo, hi, np.array([hi[0], 0.0]))
+    np.testing.assert_allclose(s, [0.001, hi[0] - 0.001], atol=1e-15)
+
+
+@pytest.mark.parametrize("name", [name for name in SEGMENTS if "ellipse" in name])
+def test_an_ellipse_begins_and_ends_where_its_angles_say(name):
+    e = SEGMENTS[name]
+    batch = batches([e])[2]
+    for s, phi in ((np.zeros(1), e.begin), (batch.length, e.begin + e.sweep)):
+        known = np.array(e.center) + np.cos(phi) * np.array(e.first) + np.sin(phi) * np.array(e.second)
+        np.testing.assert_allclose(batch.point(np.zeros(1, int), s)[0], known, atol=1e-15)
+
+
 def test_a_point_that_is_nan_has_a_closest_point_that_is_nan(segment):
     p = np.array([[np.nan, 0, 0]])
     s = segment.closest(np.ones(1, int), p, np.zeros(1), segment.length[1:], np.zeros(1))

@@ -39,6 +39,7 @@ class Command(NamedTuple):
 class Controller(Part):
     """Base of all laws.  `machine` and `period` may be left open: the run fills them in by `on`."""
 
+    states: ClassVar[dict[str, tuple[str, str, str]]] = {}  # of its State: (dimension, unit, meaning), for the log
     symbolic: ClassVar[bool] = True  # False: `step` is plain NumPy and takes the slow path
 
     machine: Machine | None = None

@@ -15,7 +15,7 @@ orientation is a rotation vector, not a difference of Euler angles; the model is
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -39,6 +39,12 @@ class State(NamedTuple):
 
 class ComputedTorque(Controller):
     """Cartesian computed-torque PID, eqs. (1)-(4)."""
+
+    states: ClassVar = {
+        "observer.pose": ("coordinate", "m, 1", "estimated pose: position and quaternion of the tool in W"),
+        "integral": ("twist", "m s, rad s", "integral of the pose error"),
+        "started": ("twist", "N, N m", "force at rest that the model did not know"),
+    }
 
     kind: Literal["computed_torque"] = "computed_torque"
     bandwidth: float | None = quantity("Hz", "of the error: poles at (1, 1, 2) 2 pi bandwidth", default=None, above=0)

@@ -13,7 +13,7 @@ the speed loop of single directions is 0.44 to 4.1 times as fast as w.  That bou
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,12 @@ class State(NamedTuple):
 
 class PID(Controller):
     """Joint-space cascade, eqs. (1)-(4)."""
+
+    states: ClassVar = {
+        "position": ("joint", "m", "joint coordinates of the last sample"),
+        "speed": ("joint", "m/s", "joint speed of the last sample"),
+        "integral": ("joint", "m", "integral of the speed error"),
+    }
 
     kind: Literal["pid"] = "pid"
     bandwidth: float = quantity("Hz", "bandwidth of the position loop", above=0)

@@ -268,9 +268,9 @@ class Hexapod(Machine):
         B = np.asarray(x)[:3] + self.platform_joints_np() @ T.T
         tip = np.asarray(x)[:3]
         middle = B.mean(0)
-        lines = [{"name": "base", "points": [*A.tolist(), A[0].tolist()]}]
+        lines = [{"name": "base", "points": _outline(A)}]
         lines += [{"name": name, "points": [A[i].tolist(), B[i].tolist()]} for i, name in enumerate(self.joint_names)]
-        lines.append({"name": "platform", "points": [*B.tolist(), B[0].tolist()]})
+        lines.append({"name": "platform", "points": _outline(B)})
         lines.append({"name": "tool", "points": [middle.tolist(), tip.tolist()]})
         return lines
 
@@ -330,6 +330,14 @@ class _StrutLoad:
     def spin(a, ka, l, n):
         """G of eq. (6).  (3,)."""
         return ka / (1 - ka * ka) / l * ca.cross(a, n)
+
+
+def _outline(points):
+    """A closed polyline through points (6, 3), in their order around the middle."""
+    d = points - points.mean(0)
+    _, _, axes = np.linalg.svd(d)  # the first two span the plane of the points
+    order = np.argsort(np.arctan2(d @ axes[1], d @ axes[0]))
+    return points[[*order, order[0]]].tolist()
 
 
 def _columns(function, A, B):

@@ -224,10 +224,17 @@ class _Job:
         joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in self.kept[0]} if self.kept else {}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
-            units, meaning = _STATES.get(name, ("", ""))
-            builder.add(name, values, units=units, long_name=meaning)
+            dim, units, meaning = self._told(name)
+            builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
         return builder.build(self._info(ticks, wall), status, "" if error is None else str(error))
+
+    def _told(self, name: str) -> tuple:
+        """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
+        if name == "plant.friction_memory":
+            return ("joint",), "m", "deflection of the friction's bristles"
+        told = self.law.states.get(name.removeprefix("controller."))
+        return (None, "", "") if told is None else ((told[0],), told[1], told[2])
 
     def _info(self, ticks: int, wall: float) -> dict[str, Any]:
         law = self.law.to_file()
@@ -253,11 +260,6 @@ class _Job:
             "drawing": self.believed.drawing(self.believed.home),
             "processor": _processor(),
         }  # fmt: skip
-
-
-_STATES = {
-    "plant.friction_memory": ("m", "deflection of the friction's bristles"),
-}
 
 
 def _chosen(signals) -> set[str] | None:
