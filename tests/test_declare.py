@@ -146,7 +146,10 @@ def test_parts_are_equal_and_hashed_by_content():
 def test_the_digest_is_the_same_in_every_process():
     """Hashes of texts are seeded anew in each process; a digest that used them would never find a cache."""
     code = "from gough.machine.sheet import load_machine; print(load_machine('okuma-pm600').digest())"
-    found = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    found = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
     assert found[0] == found[1] == load_machine("okuma-pm600").digest() + "\n"
 
 

@@ -55,7 +55,9 @@ def test_rotations_are_orthogonal_with_determinant_one():
 
 
 def test_angles_come_back_from_the_rotation():
-    assert_allclose(frames.abc_of_rotation_np(frames.rotation_of_abc_np(ABC)), ABC, atol=1e-13 / np.cos(ABC[:, 1]).min())
+    assert_allclose(
+        frames.abc_of_rotation_np(frames.rotation_of_abc_np(ABC)), ABC, atol=1e-13 / np.cos(ABC[:, 1]).min()
+    )
 
 
 @pytest.mark.parametrize("b", [np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, -np.pi / 2 + 1e-9])
@@ -118,8 +120,12 @@ def test_spin_is_E_times_the_angle_rates():
     for angles, rates in zip(ABC[:50], np.random.default_rng(6).normal(size=(50, 3)), strict=True):
         E = frames.abc_rate_matrix_np(angles)
         assert_allclose(E @ rates, np.array(f(angles, rates)).ravel(), atol=1e-14)
-        difference = (frames.abc_rate_matrix_np(angles + h * rates) - frames.abc_rate_matrix_np(angles - h * rates)) / (2 * h)
-        assert_allclose(frames.abc_rate_matrix_dot_np(angles, rates), difference, atol=1e-8)  # h^2 |rate|^3 and 1e-16 / h
+        difference = (frames.abc_rate_matrix_np(angles + h * rates) - frames.abc_rate_matrix_np(angles - h * rates)) / (
+            2 * h
+        )
+        assert_allclose(
+            frames.abc_rate_matrix_dot_np(angles, rates), difference, atol=1e-8
+        )  # h^2 |rate|^3 and 1e-16 / h
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-12, 1e-9, 1e-4, 1.9e-4, 2.1e-4, 1e-3, 1.0, 3.0, np.pi - 1e-9])

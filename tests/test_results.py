@@ -110,6 +110,36 @@ def test_leftovers_of_a_dead_process_go_and_those_of_a_live_one_stay(tmp_path):
     assert sorted(os.listdir(tmp_path)) == [f".run.partial-{os.getppid()}", "run"]
 
 
+@pytest.mark.parametrize(
+    "left", [[], [".gough"], [".gough", "log"]], ids=["new", "its marker half written", "half removed"]
+)
+def test_what_a_kill_leaves_at_any_stage_is_known_as_goughs_and_removed(tmp_path, left):
+    dead = subprocess.Popen(["true"])
+    dead.wait()
+    partial = tmp_path / f".run.partial-{dead.pid}"
+    partial.mkdir()
+    for name in left:
+        (partial / name).write_text('{"schema": "gough-results-1"}' if len(left) > 1 else "")
+    build(tmp_path / "run", log="1")
+    assert os.listdir(tmp_path) == ["run"]
+
+
+def test_a_marker_is_removed_last(tmp_path, monkeypatch):
+    """Killed while it removes: what is left still carries the marker."""
+    build(tmp_path / "run", a="1", b="1", z="1")
+    (tmp_path / "run" / "sub").mkdir()
+
+    def killed(folder):
+        if folder.name == "run":
+            assert [p.name for p in folder.iterdir()] == [".gough"]
+            raise KeyboardInterrupt
+        folder.rmdir()
+
+    monkeypatch.setattr(results.shutil, "rmtree", killed)
+    with pytest.raises(KeyboardInterrupt):
+        results._remove(tmp_path / "run")
+
+
 def test_a_folder_with_such_a_name_that_gough_did_not_make_stays(tmp_path):
     (tmp_path / ".run.partial-999999999").mkdir()
     (tmp_path / ".run.partial-999999999" / "precious").write_text("")

@@ -101,7 +101,9 @@ def test_what_is_no_quantity_is_refused_with_its_reason(text, expected, message)
     assert isinstance(caught.value, InputError) and caught.value.exit_status == 2
 
 
-@pytest.mark.parametrize("text", ["9" * 10**6, "1 " + "m " * 10**6, "1 " + "/" * 10**6, "1e" + "9" * 10**6, "(" * 10**6])
+@pytest.mark.parametrize(
+    "text", ["9" * 10**6, "1 " + "m " * 10**6, "1 " + "/" * 10**6, "1e" + "9" * 10**6, "(" * 10**6]
+)
 def test_a_long_hostile_text_is_refused_at_once(text):
     """A general units library hung on such a text for minutes."""
     start = time.perf_counter()

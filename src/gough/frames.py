@@ -75,9 +75,7 @@ def rotation_vector_of_quaternion(quat):
     sine = ca.sqrt(sine2)
     small = sine2 < 1e-8
     # 2 atan2(s, w) / s -> 2 / w (1 - (s / w)^2 / 3) for small s
-    return u * ca.if_else(
-        small, 2 / w * (1 - sine2 / (3 * w * w)), 2 * ca.atan2(sine, w) / ca.if_else(small, 1, sine)
-    )
+    return u * ca.if_else(small, 2 / w * (1 - sine2 / (3 * w * w)), 2 * ca.atan2(sine, w) / ca.if_else(small, 1, sine))
 
 
 def quaternion_of_abc(abc):

@@ -50,7 +50,7 @@ def results_folder(path: str | Path, force: bool = False) -> Iterator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         _clean(target)
         if partial.exists():  # of this very process: a run before in the same session that could not be removed
-            shutil.rmtree(partial)
+            _remove(partial)
         partial.mkdir()
         (partial / MARKER).write_text(json.dumps({"schema": "gough-results-1", "finished": False, **_whoami()}))
     except OSError as error:
@@ -64,7 +64,8 @@ def results_folder(path: str | Path, force: bool = False) -> Iterator[Path]:
     except StorageError as error:
         raise _as_seen(error, str(partial), str(path)) from error
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            _remove(partial)
 
 
 def _as_seen(error: StorageError, partial: str, target: str) -> StorageError:
@@ -151,7 +152,7 @@ def _swap(partial: Path, target: Path) -> None:
     old = target.with_name(f".{target.name}.old-{os.getpid()}")
     os.rename(target, old)
     os.rename(partial, target)
-    shutil.rmtree(old, ignore_errors=True)
+    _remove(old)
 
 
 def _clean(target: Path) -> None:
@@ -159,12 +160,24 @@ def _clean(target: Path) -> None:
     for old in target.parent.glob(f".{glob.escape(target.name)}.old-*"):
         if made_by_gough(old) and not _alive(old):
             if target.exists():
-                shutil.rmtree(old)
+                _remove(old)
             else:
                 os.rename(old, target)
     for left in target.parent.glob(f".{glob.escape(target.name)}.partial-*"):
-        if not _alive(left) and (_marker(left) or not any(left.iterdir())):
-            shutil.rmtree(left)
+        if not _alive(left) and (_marker(left) or {entry.name for entry in left.iterdir()} <= {MARKER}):
+            _remove(left)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder of gough's, its marker last: after a kill it is still known as ours."""
+    if not folder.exists():
+        return
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry)
+        elif entry.name != MARKER:
+            entry.unlink()
+    shutil.rmtree(folder)
 
 
 def _marker(folder: Path) -> dict:

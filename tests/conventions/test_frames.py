@@ -1,4 +1,7 @@
-"""Signs and orders, as numbers worked out by hand.  No identity can see a convention turned round consistently; these can."""
+"""Signs and orders, as numbers worked out by hand.
+
+No identity can see a convention that is turned round consistently; these can.
+"""
 
 from __future__ import annotations
 
@@ -85,8 +88,12 @@ def test_angular_velocity_is_in_the_fixed_frame():
 
 def test_a_positive_rotation_vector_about_z_is_a_positive_c():
     assert_allclose(frames.rotation_of_vector_np(np.array([0, 0, RIGHT])), np.stack([EY, -EX, EZ], 1), atol=1e-15)
-    assert_allclose(symbolic(frames.quaternion_of_rotation_vector, [0, 0, RIGHT]), [ROOT_HALF, 0, 0, ROOT_HALF], atol=1e-15)
-    assert_allclose(symbolic(frames.rotation_vector_of_quaternion, [ROOT_HALF, 0, 0, ROOT_HALF]), [0, 0, RIGHT], atol=1e-15)
+    assert_allclose(
+        symbolic(frames.quaternion_of_rotation_vector, [0, 0, RIGHT]), [ROOT_HALF, 0, 0, ROOT_HALF], atol=1e-15
+    )
+    assert_allclose(
+        symbolic(frames.rotation_vector_of_quaternion, [ROOT_HALF, 0, 0, ROOT_HALF]), [0, 0, RIGHT], atol=1e-15
+    )
 
 
 def test_angle_rates_make_a_spin_about_fixed_axes():
@@ -102,7 +109,9 @@ def test_a_pose_is_x_y_z_a_b_c_of_the_tool_and_lengths_run_from_base_to_platform
     """Strut 1 of nist at home, by hand: B - A = (0.102378752, -1.263093620, -1.1) m."""
     assert_allclose(nist.inverse_kinematics([0, 0, 0, 0, 0, 0])[0], 1.678060458311, rtol=1e-12)
     # the tool 0.1 m lower: -1.2 instead of -1.1
-    assert_allclose(nist.inverse_kinematics([0, 0, -0.1, 0, 0, 0])[0], np.sqrt(0.102378752**2 + 1.26309362**2 + 1.44), rtol=1e-12)
+    assert_allclose(
+        nist.inverse_kinematics([0, 0, -0.1, 0, 0, 0])[0], np.sqrt(0.102378752**2 + 1.26309362**2 + 1.44), rtol=1e-12
+    )
     # turned by c = 90 deg, joint 1 stands at (-0.317207725, -0.147916392, 0)
     s = np.array([-0.317207725 + 0.250295144, -0.147916392 - 1.580301345, -1.1])
     assert_allclose(nist.inverse_kinematics([0, 0, 0, 0, 0, RIGHT])[0], np.sqrt(s @ s), rtol=1e-12)
@@ -168,7 +177,9 @@ def test_a_wrench_acts_on_the_tool(nist, okuma):
 def test_a_wrench_is_force_then_moment_in_axes_of_W(nist):
     """100 N m about z: the struts that lengthen under +c (1, 3, 5; b x n = +0.0919851 m) are relieved of push."""
     rest = [np.zeros(6), np.zeros(6)]
-    change = nist.inverse_dynamics(nist.home, *rest, wrench=[0, 0, 0, 0, 0, 100]) - nist.inverse_dynamics(nist.home, *rest)
+    change = nist.inverse_dynamics(nist.home, *rest, wrench=[0, 0, 0, 0, 0, 100]) - nist.inverse_dynamics(
+        nist.home, *rest
+    )
     assert_allclose(change, 100 / (6 * 0.091985315) * np.array([-1, 1, -1, 1, -1, 1]), rtol=1e-6)
 
 
@@ -185,7 +196,9 @@ def test_a_push_of_the_drives_lengthens_the_struts(okuma):
 def test_p_PT_is_the_tip_seen_from_the_platform(okuma):
     """okuma's joints lie 0.4 m above its tip: a platform frame in their plane has its tip at z = -0.4 m."""
     joints = okuma.joints.platform - [0, 0, 0.4]
-    told = okuma.replace(tool=Tool(position=[0, 0, -0.4]), **{"joints.platform": joints, "platform.center": [0, 0, -0.02]})
+    told = okuma.replace(
+        tool=Tool(position=[0, 0, -0.4]), **{"joints.platform": joints, "platform.center": [0, 0, -0.02]}
+    )
     x = [0.05, -0.04, -1.02, 0.1, -0.1, 0.2]
     assert_allclose(told.inverse_kinematics(x), okuma.inverse_kinematics(x), rtol=1e-15)
     motion = np.array([0.3, -0.2, 0.4, 0.5, -0.6, 0.7]), np.array([3.0, -2, 4, 5, -6, 7])

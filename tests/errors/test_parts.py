@@ -40,8 +40,12 @@ def wrong(machine, **changes):
     [
         ("platform__mass", "0 kg", "platform.mass: must be above 0 kg, got '0 kg'"),
         ("platform__mass", "-150 kg", "platform.mass: must be above 0 kg, got '-150 kg'"),
-        ("platform__mass", "nan kg", "platform.mass: 'nan kg' is not a quantity; write a number and its unit, e.g. \"20 mm\""),
-        ("platform__mass", float("nan"), "platform.mass: has no unit, got nan; write e.g. \"nan kg\""),
+        (
+            "platform__mass",
+            "nan kg",
+            "platform.mass: 'nan kg' is not a quantity; write a number and its unit, e.g. \"20 mm\"",
+        ),
+        ("platform__mass", float("nan"), 'platform.mass: has no unit, got nan; write e.g. "nan kg"'),
         ("platform__mass", "1e400 kg", "platform.mass: a quantity must be finite, got '1e400 kg'"),
         ("platform__mass", 150, 'platform.mass: has no unit, got 150; write e.g. "150 kg"'),
         ("platform__mass", "150", "platform.mass: '150' has no unit; write e.g. \"150 kg\""),
@@ -65,7 +69,10 @@ def test_p1_p4_a_wrong_number_is_named_with_its_key(okuma, key, value, message):
 
 def test_p2_a_wrong_inertia_is_named_with_the_inequality(okuma):
     (text,) = wrong(okuma, platform__inertia={"unit": "kg m2", "value": [[6, 0, 0], [0, 6, 0], [0, 0, 13]]})
-    assert text == "platform: inertia violates the triangle inequality A + B >= C, got 6 + 6 < 13 kg m2; it must be about the centre of mass"
+    assert (
+        text
+        == "platform: inertia violates the triangle inequality A + B >= C, got 6 + 6 < 13 kg m2; it must be about the centre of mass"
+    )
     (text,) = wrong(okuma, platform__inertia={"unit": "kg m2", "value": [[6, 1, 0], [0, 6, 0], [0, 0, 9]]})
     assert text.startswith("platform: inertia must be symmetric, got [[6.0, 1.0, 0.0]")
     (text,) = wrong(okuma, platform__inertia={"unit": "kg m2", "value": [[6, 7, 0], [7, 6, 0], [0, 0, 9]]})
@@ -110,7 +117,9 @@ def joints(machine, end, change):
 
 def test_k7_millimetres_given_for_metres_are_suspected(okuma):
     found = wrong(okuma, joints__base=joints(okuma, "base", lambda p: 1000 * p))
-    assert found == ['joints.base: base joints span a strange distance, got 1409.54 m; did you mean mm? write { unit = "mm", value = ... }']
+    assert found == [
+        'joints.base: base joints span a strange distance, got 1409.54 m; did you mean mm? write { unit = "mm", value = ... }'
+    ]
 
 
 def test_k7_joints_on_one_line_are_refused(okuma):
@@ -124,7 +133,9 @@ def test_k7_two_struts_with_the_same_joints_are_named_both(okuma):
         return p
 
     found = wrong(okuma, joints__base=joints(okuma, "base", same), joints__platform=joints(okuma, "platform", same))
-    assert found == ["joints: struts 2 and 5 have the same joints, got 0 m and 0 m apart; move base or platform joint 5"]
+    assert found == [
+        "joints: struts 2 and 5 have the same joints, got 0 m and 0 m apart; move base or platform joint 5"
+    ]
 
 
 def test_k7_a_machine_that_is_singular_at_home_is_refused(okuma):
@@ -137,7 +148,10 @@ def test_k7_a_machine_that_is_singular_at_home_is_refused(okuma):
 def test_struts_beyond_their_stroke_at_home_are_all_named(okuma):
     found = wrong(okuma, home=["0 mm", "0 mm", "-1600 mm", "0 deg", "0 deg", "0 deg"])
     assert len(found) == 6
-    assert found[2] == "home: strut 3 is too long at home, got 1.32633 m (limit 0.45 to 1.25 m); change home, the joints or limits.length"
+    assert (
+        found[2]
+        == "home: strut 3 is too long at home, got 1.32633 m (limit 0.45 to 1.25 m); change home, the joints or limits.length"
+    )
 
 
 def test_axes_of_the_joints_are_unit_vectors_across_their_struts(okuma):
@@ -153,7 +167,9 @@ def test_axes_of_the_joints_are_unit_vectors_across_their_struts(okuma):
 
 def test_axial_inertia_without_a_base_axis_is_refused(okuma):
     (text,) = wrong(okuma, joints__base_axis=None)
-    assert text.startswith("axial inertia of the struts needs joints.base_axis, which fixes their spin; give joints.base_axis")
+    assert text.startswith(
+        "axial inertia of the struts needs joints.base_axis, which fixes their spin; give joints.base_axis"
+    )
 
 
 def test_home_is_a_table_of_one_pose(okuma):

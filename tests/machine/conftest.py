@@ -6,10 +6,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from oracle.lagrange import oracle as make_oracle
-from oracle.machines import MACHINES
 
 from gough.machine.workspace import random_poses
+from oracle.lagrange import oracle as make_oracle
+from oracle.machines import MACHINES
 
 _made = lru_cache(lambda name: MACHINES[name]())
 _oracles = lru_cache(lambda name: make_oracle(_made(name)))

@@ -43,7 +43,9 @@ def wide(m):
 def test_forward_undoes_inverse_kinematics_from_5_mm_and_1_deg_away(library_machine):
     m, rng = library_machine, np.random.default_rng(100)
     x = random_poses(m, N, rng)
-    found, status = m.forward_kinematics(m.inverse_kinematics(x), near=displaced(rng, x, FIVE_MM, ONE_DEG), on_fail="nan")
+    found, status = m.forward_kinematics(
+        m.inverse_kinematics(x), near=displaced(rng, x, FIVE_MM, ONE_DEG), on_fail="nan"
+    )
     assert (status == 0).all()
     assert np.linalg.norm(found[:, :3] - x[:, :3], axis=1).max() < 1e-10  # m
     assert angle_between(found, x).max() < 1e-10  # rad
@@ -186,7 +188,9 @@ def test_k1_the_cone_is_the_angle_from_home_at_each_end(okuma):
             base = np.arccos(min(1.0, n @ n_home))
             end = np.arccos(min(1.0, (R.T @ n) @ (R_home.T @ n_home)))
             assert (found[names.index(f"strut {i + 1}: base joint beyond its cone")] >= 0) == (base <= np.radians(30))
-            assert (found[names.index(f"strut {i + 1}: platform joint beyond its cone")] >= 0) == (end <= np.radians(30))
+            assert (found[names.index(f"strut {i + 1}: platform joint beyond its cone")] >= 0) == (
+                end <= np.radians(30)
+            )
 
 
 def test_k1_a_pose_outside_the_declared_workspace_is_no_answer(nist):
@@ -220,8 +224,12 @@ def test_k2_near_a_singularity_a_pose_is_refused_with_both_figures(library_machi
     m = wide(library_machine)
     x = m.home + [0, 0, 0, 0, 0, np.radians(89)]
     kappa = condition(m, m.jacobian(x))
-    assert kappa > m.limits.condition and m.limits.determinant < np.linalg.det(m.jacobian(x)) / np.linalg.det(m.jacobian(m.home))
-    with pytest.raises(SingularityError, match=rf"near a singularity.*condition number {kappa:.3g} \(limit 0.001, condition 100\)"):
+    assert kappa > m.limits.condition and m.limits.determinant < np.linalg.det(m.jacobian(x)) / np.linalg.det(
+        m.jacobian(m.home)
+    )
+    with pytest.raises(
+        SingularityError, match=rf"near a singularity.*condition number {kappa:.3g} \(limit 0.001, condition 100\)"
+    ):
         check_poses(m, x)
     check_poses(m, m.home + [0, 0, 0, 0, 0, np.radians(60)])
 

@@ -133,16 +133,17 @@ def test_where_the_path_crosses_itself_the_search_stays_on_its_branch(machine):
     np.testing.assert_allclose(found.lag[first], 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("step", [2e-3, 1e-4])
-def test_the_search_never_leaves_its_window(step, machine):
-    """Turns of 2 cm one above the other, much closer than the tool is to its own."""
-    turns = spiral(step)[:, :2] * 0.2
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("step", [2e-5, 2e-4])
+def test_the_search_never_leaves_its_window(step, side, machine):
+    """Turns of 6.3 mm one above the other, the tool on the next or the last: 0.3 mm outside the window of 6 mm."""
+    turns = spiral(step * 50)[:, :2] / 50
     rising = np.column_stack([turns, 3e-4 * np.arange(len(turns)) / len(turns)])
     motion = motion_of(lines(rising, feed=0.01), machine, "constant")
-    Ts = 3e-2
+    Ts = 3e-3
     n = motion.count(Ts)
     r, book = motion.sample(0, n, Ts), motion.book(0, n, Ts)
-    found = ContourMeter(motion)(0, n, Ts, true_of(r, 3e-4 * np.random.default_rng(0).normal(size=(n, 3))))
+    found = ContourMeter(motion)(0, n, Ts, true_of(r, [0, 0, side * 1e-4]))
     assert (np.abs(found.lag) <= book.window * (1 + 1e-12)).all()
     assert n > 300
 

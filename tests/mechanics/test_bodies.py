@@ -88,18 +88,24 @@ def test_p1_a_mass_must_be_a_finite_number_above_zero(mass, message):
 def test_p2_an_asymmetric_inertia_is_refused_though_cholesky_would_take_it():
     I = np.array([[2.0, 0.5, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 2.0]])
     np.linalg.cholesky(I)  # does not raise
-    with pytest.raises(SheetError, match=r"inertia must be symmetric, got \[\[2\.0, 0\.5, 0\.0\].*; give Ixy = Iyx and so on"):
+    with pytest.raises(
+        SheetError, match=r"inertia must be symmetric, got \[\[2\.0, 0\.5, 0\.0\].*; give Ixy = Iyx and so on"
+    ):
         Body(**PLATE | {"inertia": I})
 
 
 @pytest.mark.parametrize("moment", [0.0, -1.0])
 def test_p2_an_inertia_that_is_not_positive_definite_is_refused_with_its_principal_moments(moment):
-    with pytest.raises(SheetError, match=rf"inertia must be positive definite, got principal moments {moment:.4g}, 2, 2 kg m2"):
+    with pytest.raises(
+        SheetError, match=rf"inertia must be positive definite, got principal moments {moment:.4g}, 2, 2 kg m2"
+    ):
         Body(**PLATE | {"inertia": np.diag([2.0, moment, 2.0])})
 
 
 def test_p2_an_inertia_against_the_triangle_inequality_is_refused_with_the_numbers():
-    with pytest.raises(SheetError, match=r"violates the triangle inequality A \+ B >= C, got 1 \+ 1 < 5 kg m2; it must be about"):
+    with pytest.raises(
+        SheetError, match=r"violates the triangle inequality A \+ B >= C, got 1 \+ 1 < 5 kg m2; it must be about"
+    ):
         Body(**PLATE | {"inertia": np.diag([1.0, 5.0, 1.0])})
     check_inertia(np.diag([1.0, 1.0, 2.0]))  # a flat plate reaches equality
 

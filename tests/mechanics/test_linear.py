@@ -5,7 +5,6 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from gough.mechanics.linear import clip, determinant_6, solve_spd, solve_square, solve_square_transposed
 
@@ -73,7 +72,9 @@ def test_determinant_agrees_with_numpy_and_survives_zero_pivots():
     assert det(np.ones((6, 6))).item() == 0
 
 
-@pytest.mark.parametrize(("x", "wanted"), [(-2.0, -1.0), (-1.0, -1.0), (0.3, 0.3), (3.0, 3.0), (np.inf, 3.0), (-np.inf, -1.0)])
+@pytest.mark.parametrize(
+    ("x", "wanted"), [(-2.0, -1.0), (-1.0, -1.0), (0.3, 0.3), (3.0, 3.0), (np.inf, 3.0), (-np.inf, -1.0)]
+)
 def test_clip_holds_within_the_limits(x, wanted):
     assert function(lambda x: clip(x, -1.0, 3.0), (1, 1))(x).item() == wanted
 

@@ -35,7 +35,9 @@ def closest(path, p, s_r, window, spacing=2e-4):
         found = minimize_scalar(
             # counted from grid[j]: SciPy stops at 1.5e-8 of its argument
             lambda u, j=j: float(np.sum((p - point_at(path, grid[j] + u)) ** 2)),
-            bounds=(0.0, grid[j + 1] - grid[j]), method="bounded", options={"xatol": 1e-13},
+            bounds=(0.0, grid[j + 1] - grid[j]),
+            method="bounded",
+            options={"xatol": 1e-13},
         )
         value = float(np.linalg.norm(p - point_at(path, grid[j] + found.x)))
         if value < least:

@@ -50,7 +50,9 @@ class Oracle:
     potential: ca.Function  # y -> U
     mass: ca.Function  # y -> d2T/dy'2
     force: ca.Function  # y, y', y'' -> d/dt (dL/dy') - dL/dy
-    christoffel: ca.Function  # y, y' -> C (6, 6) from Christoffel's symbols of `mass`: d/dt (dT/dy') - dT/dy = M y'' + C y'
+    christoffel: (
+        ca.Function
+    )  # y, y' -> C (6, 6) from Christoffel's symbols of `mass`: d/dt (dT/dy') - dT/dy = M y'' + C y'
 
     def coordinates(self, x, V, Vd):
         """y, y', y'' of a pose, a twist and its rate, (6,) each."""

@@ -109,5 +109,7 @@ def row_function(name: str, m) -> ca.Function:
         symbols = {key: ca.SX.sym(key) for key in pi}
         force = m.inverse_force(p, symbols, z, xd, xdd)
         Y = ca.jacobian(force, ca.vertcat(*symbols.values()))
-        return ca.Function(name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ xd])
+        return ca.Function(
+            name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ xd]
+        )
     raise KeyError(name)

@@ -159,7 +159,9 @@ class Machine(Part):
         """xdd of joint forces u, without friction.  (..., d), (..., d), (..., n) -> (..., d)."""
         d = len(self.task)
         u = column(u, self.joints_count, "joint forces")
-        return self.arrays.run("forward_dynamics", column(x, d, "pose"), column(xd, d, "rate"), u, self._wrench(wrench))[0]
+        return self.arrays.run(
+            "forward_dynamics", column(x, d, "pose"), column(xd, d, "rate"), u, self._wrench(wrench)
+        )[0]
 
     def mass_matrix(self, x) -> np.ndarray:
         """M on the task rate.  (..., d) -> (..., d, d)."""
@@ -205,7 +207,10 @@ class Machine(Part):
         return column(x, len(self.task), "pose")
 
     def _columns(self, *values):
-        return [column(value, len(self.task), name) for value, name in zip(values, ("pose", "rate", "acceleration"), strict=True)]
+        return [
+            column(value, len(self.task), name)
+            for value, name in zip(values, ("pose", "rate", "acceleration"), strict=True)
+        ]
 
     def _wrench(self, wrench):
         return np.zeros(6) if wrench is None else column(wrench, 6, "wrench")

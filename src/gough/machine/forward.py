@@ -145,4 +145,6 @@ def _refuse(machine, lead, row, status, why, residual, steps, margins, x):
         )
     names = workspace.margin_names(machine)
     worst = int(np.argmin(margins[row]))
-    raise WorkspaceError(f"the pose found is outside the limits: {names[worst]}", where=place, value=f"margin {margins[row, worst]:.4g}")
+    raise WorkspaceError(
+        f"the pose found is outside the limits: {names[worst]}", where=place, value=f"margin {margins[row, worst]:.4g}"
+    )

@@ -251,7 +251,9 @@ class Hexapod(Machine):
         values = [l.T - p.limits.length[0], p.limits.length[1] - l.T]
         if p.limits.cone is not None:
             least = ca.cos(p.limits.cone)
-            names += [f"{joint}: {end} joint beyond its cone" for end in ("base", "platform") for joint in self.joint_names]
+            names += [
+                f"{joint}: {end} joint beyond its cone" for end in ("base", "platform") for joint in self.joint_names
+            ]
             values += [ca.sum1(n * n_home).T - least, ca.sum1((R.T @ n) * (R_home.T @ n_home)).T - least]
         names.append("near a singularity: det J against home")
         values.append(self.determinant_of(p, z) - p.limits.determinant)

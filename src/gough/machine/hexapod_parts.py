@@ -14,7 +14,10 @@ class Joints(Part):
     base: Array = quantity("m", "base joints p_WA, in W", shape=(6, 3))
     platform: Array = quantity("m", "platform joints p_TB, in T (in P where [tool] is given)", shape=(6, 3))
     base_axis: Array | None = quantity(
-        "1", "axis of the universal joint fixed in the base, in W; fixes the spin of a strut", default=None, shape=(6, 3)
+        "1",
+        "axis of the universal joint fixed in the base, in W; fixes the spin of a strut",
+        default=None,
+        shape=(6, 3),
     )
 
 
@@ -33,7 +36,9 @@ class StrutPart(Part):
     input_error = SheetError
 
     mass: float = quantity("kg", "mass", above=0)
-    center: float = quantity("m", "centre of mass, along the strut: from the platform joint (moving), from the base joint (fixed)")
+    center: float = quantity(
+        "m", "centre of mass, along the strut: from the platform joint (moving), from the base joint (fixed)"
+    )
     transverse: float = quantity("kg m2", "inertia about the centre of mass, across the strut", at_least=0)
     axial: float | None = quantity("kg m2", "inertia about the strut's axis", default=None, at_least=0)
 

@@ -58,7 +58,9 @@ def check_joints(base: np.ndarray, platform: np.ndarray) -> None:
         span = np.ptp(points, axis=0).max()
         if not _SPAN[0] <= span <= _SPAN[1]:
             cure = 'did you mean mm? write { unit = "mm", value = ... }' if span > _SPAN[1] else "did you mean m?"
-            raise InputError(f"{name} joints span a strange distance", key=f"joints.{name}", value=f"{span:g} m", cure=cure)
+            raise InputError(
+                f"{name} joints span a strange distance", key=f"joints.{name}", value=f"{span:g} m", cure=cure
+            )
         singular = np.linalg.svd(points - points.mean(0), compute_uv=False)
         if singular[1] < 1e-9 * singular[0]:
             raise InputError(f"{name} joints lie on one line", key=f"joints.{name}", value=f"span {span:g} m")

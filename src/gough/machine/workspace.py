@@ -7,8 +7,12 @@ import numpy as np
 from ..errors import SingularityError, WorkspaceError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np, rotation_of_vector_np
 
-_WORKSPACE = ("beyond the radius of the workspace", "beyond the height of the workspace", "tilted beyond the workspace",
-              "turned beyond the workspace")
+_WORKSPACE = (
+    "beyond the radius of the workspace",
+    "beyond the height of the workspace",
+    "tilted beyond the workspace",
+    "turned beyond the workspace",
+)
 
 
 def margin_names(machine) -> tuple[str, ...]:

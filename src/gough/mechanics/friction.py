@@ -36,7 +36,9 @@ class Friction(Part):
     input_error = SheetError
 
     coulomb: float | Array = quantity("N", "Coulomb friction F_c", at_least=0, shape=(-1,))
-    static: float | Array | None = quantity("N", "breakaway friction F_s, at least F_c", default=None, at_least=0, shape=(-1,))
+    static: float | Array | None = quantity(
+        "N", "breakaway friction F_s, at least F_c", default=None, at_least=0, shape=(-1,)
+    )
     stribeck: float | None = quantity("m/s", "Stribeck speed v_s", default=None, above=0)
     viscous: float | Array = quantity("N s/m", "viscous friction f_v", default=0.0, at_least=0, shape=(-1,))
 
@@ -45,7 +47,10 @@ class Friction(Part):
         if (self.static is None) != (self.stribeck is None):
             raise InputError("static and stribeck belong together", cure="give both or neither")
         if self.static is not None and np.any(np.less(self.static, self.coulomb)):
-            raise InputError("static friction must be at least the Coulomb friction", value=f"{self.static} N against {self.coulomb} N")
+            raise InputError(
+                "static friction must be at least the Coulomb friction",
+                value=f"{self.static} N against {self.coulomb} N",
+            )
         return self
 
     @property

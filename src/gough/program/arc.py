@@ -1,8 +1,8 @@
 """Arcs of NC programs, G17: from a start, an end and either the centre or the radius, to a centre and a sweep.
 
 Tolerances are LinuxCNC's: the distances of the two ends from the centre may differ by 0.1 % of the radius, but 0.028 mm
-are always allowed (2 sqrt(2) times the 0.01 mm to which CAM systems round) and more than 2.8 mm never; an arc has a
-radius of 1.27 um at least; R may be as much too small to reach.
+are always allowed (2 sqrt(2) times the 0.01 mm to which CAM systems round; in inch programs 2 sqrt(2) times 0.001 in)
+and more than a hundred times that never; an arc has a radius of 1.27 um at least; R may be as much too small to reach.
 The path is a true arc through both ends: the centre is moved to where both are equally far, along the chord.  Where
 the ends nearly coincide that would move it too far; the arc then keeps its centre, and ends beside its end by no more
 than the tolerance (gcode.py adds the line that is missing).

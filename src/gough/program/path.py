@@ -19,7 +19,7 @@ from ..frames import abc_of_rotation_np, rotation_of_abc_np
 from .blocks import ARC, KINDS, REST, Block, CircleOfPath, batches
 from .segments import dot, norm, rotated
 
-_FULL = 2 * np.pi - 1e-6  # rad, a circle closed to rounding: LinuxCNC takes arcs closer than that for full turns
+_FULL = 2 * np.pi - 1e-6  # rad, a circle closed to the rounding of its end points
 _SHORTEST = 1e-9  # m, as long as no machine can resolve: shorter moves have no direction
 
 
