@@ -1,4 +1,4 @@
-"""Rotations, quaternions and rotation vectors: each the inverse or the derivative of another, symbolic and NumPy alike."""
+"""Rotations, quaternions and rotation vectors: each the inverse or the derivative of another, in SX and in NumPy."""
 
 from __future__ import annotations
 

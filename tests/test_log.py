@@ -1,6 +1,7 @@
 """A log keeps what it was given, says its units, and a damaged file never loads as right."""
 
 import json
+import os
 import shutil
 
 import numpy as np
@@ -231,11 +232,10 @@ def test_a_failed_save_leaves_the_old_file_whole(saved, tmp_path, monkeypatch):
     log, path = saved
     shutil.copy(path, tmp_path / "a.nc")
 
-    def full(self, target, **_):
-        target.write_bytes(b"half")
+    def full(file):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(StorageError):
         build(5).save(tmp_path / "a.nc")
     assert Log.load(tmp_path / "a.nc").dataset.identical(log.dataset)

@@ -70,8 +70,8 @@ def test_p1_p4_a_wrong_number_is_named_with_its_key(okuma, key, value, message):
 def test_p2_a_wrong_inertia_is_named_with_the_inequality(okuma):
     (text,) = wrong(okuma, platform__inertia={"unit": "kg m2", "value": [[6, 0, 0], [0, 6, 0], [0, 0, 13]]})
     assert (
-        text
-        == "platform: inertia violates the triangle inequality A + B >= C, got 6 + 6 < 13 kg m2; it must be about the centre of mass"
+        text == "platform: inertia violates the triangle inequality A + B >= C, got 6 + 6 < 13 kg m2; "
+        "it must be about the centre of mass"
     )
     (text,) = wrong(okuma, platform__inertia={"unit": "kg m2", "value": [[6, 1, 0], [0, 6, 0], [0, 0, 9]]})
     assert text.startswith("platform: inertia must be symmetric, got [[6.0, 1.0, 0.0]")
@@ -118,7 +118,8 @@ def joints(machine, end, change):
 def test_k7_millimetres_given_for_metres_are_suspected(okuma):
     found = wrong(okuma, joints__base=joints(okuma, "base", lambda p: 1000 * p))
     assert found == [
-        'joints.base: base joints span a strange distance, got 1409.54 m; did you mean mm? write { unit = "mm", value = ... }'
+        "joints.base: base joints span a strange distance, got 1409.54 m; "
+        'did you mean mm? write { unit = "mm", value = ... }'
     ]
 
 
@@ -149,8 +150,8 @@ def test_struts_beyond_their_stroke_at_home_are_all_named(okuma):
     found = wrong(okuma, home=["0 mm", "0 mm", "-1600 mm", "0 deg", "0 deg", "0 deg"])
     assert len(found) == 6
     assert (
-        found[2]
-        == "home: strut 3 is too long at home, got 1.32633 m (limit 0.45 to 1.25 m); change home, the joints or limits.length"
+        found[2] == "home: strut 3 is too long at home, got 1.32633 m (limit 0.45 to 1.25 m); "
+        "change home, the joints or limits.length"
     )
 
 

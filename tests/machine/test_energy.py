@@ -1,8 +1,8 @@
 """Energy of a machine let go: kept without friction, and with it lost to the last joule that friction took.
 
-The equations of motion are the machine's, the step is the sub-step of the plant (ARCHITECTURE.md) written out once more,
-and the energy is that of oracle/lagrange.py: kinetic and potential energy of thirteen bodies, the screws, and a spring in
-each strut.
+The equations of motion are the machine's, the step is the sub-step of the plant (ARCHITECTURE.md) written out once
+more, and the energy is that of oracle/lagrange.py: kinetic and potential energy of thirteen bodies, the screws, and a
+spring in each strut.
 """
 
 from __future__ import annotations

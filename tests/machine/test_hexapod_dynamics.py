@@ -11,21 +11,13 @@ from gough.frames import abc_of_rotation_np, rotation_of_abc_np
 from oracle.machines import elementary
 
 # Rounding: forces are sums of some 100 products, solved with J of condition below 100 (limits.condition), so a relative
-# 1e-16 * 100 * 100 = 1e-12 is what double precision leaves.  1e-10 is the promise; a wrong term is off by 1e-4 and more.
+# 1e-16 * 100 * 100 = 1e-12 is what double precision leaves.  1e-10 is the promise; a wrong term is off by 1e-4 or more.
 AGREE = 1e-10
 
 
 def relative(found, wanted):
     """Largest difference of a row over the largest entry of the row wanted."""
     return (np.abs(found - wanted).max(-1) / np.abs(wanted).max(-1)).max()
-
-
-def force(m, name="inverse"):
-    """(theta, z, v, vd) -> M v' + h of the machine on the twist."""
-    p, theta = m.symbols
-    z, v, vd = ca.SX.sym("z", 7), ca.SX.sym("v", 6), ca.SX.sym("vd", 6)
-    pi = {key: value for key, (value, _) in m.inertial(p).items()}
-    return ca.Function(name, [theta, z, v, vd], [m.inverse_force(p, pi, z, v, vd)])
 
 
 # -- against energies -------------------------------------------------------------------------------------------------
@@ -174,7 +166,7 @@ def test_rest_forces_carry_the_weight_of_platform_and_struts(machine):
         n, mv, fx, g = J[:, :3], machine.strut.moving, machine.strut.fixed, machine.gravity
         total = n.T @ u + machine.platform.mass * g
         for i in range(6):
-            # moments about the base joint: a force F_B on the strut at B balances the weights; along n the moving part only
+            # moments about the base joint: a force on the strut at B balances the weights; along n the moving part only
             moment = mv.mass * (q[i] - mv.center) + fx.mass * fx.center
             across = g - (n[i] @ g) * n[i]
             total += mv.mass * (n[i] @ g) * n[i] + moment / q[i] * across
@@ -289,11 +281,12 @@ def test_forces_do_not_depend_on_where_the_tool_frame_sits(okuma):
     from gough.machine.hexapod_parts import Tool
 
     position, angles = np.array([0.1, -0.2, 0.3]), np.array([0.1, 0.2, -0.3])
-    other = okuma.replace(tool=Tool(position=position, angles=angles))
+    R_PT = elementary(2, angles[2]) @ elementary(1, angles[1]) @ elementary(0, angles[0])
+    home = np.r_[okuma.home[:3] + position, abc_of_rotation_np(R_PT)]  # okuma stands upright at home
+    other = okuma.replace(tool=Tool(position=position, angles=angles), home=home)
     rng = np.random.default_rng(6)
     x, V, Vd = okuma.home + rng.normal(size=(20, 6)) * 0.03, rng.normal(size=(20, 6)), rng.normal(size=(20, 6))
     R_WP = rotation_of_abc_np(x[:, 3:])
-    R_PT = elementary(2, angles[2]) @ elementary(1, angles[1]) @ elementary(0, angles[0])
     r, w, wd = R_WP @ position, V[:, 3:], Vd[:, 3:]
     x_T = np.concatenate([x[:, :3] + r, abc_of_rotation_np(R_WP @ R_PT)], -1)
     V_T = np.concatenate([V[:, :3] + np.cross(w, r), w], -1)

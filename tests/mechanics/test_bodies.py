@@ -1,4 +1,4 @@
-"""Rigid bodies: Steiner's rule, joined masses, the wrench of a motion, and what no distribution of mass has (P1, P2)."""
+"""Rigid bodies: Steiner's rule, joined masses, the wrench of a motion; and what no body is like (P1, P2)."""
 
 from __future__ import annotations
 

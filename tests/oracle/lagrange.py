@@ -1,13 +1,13 @@
 """Lagrange's equations of a 6-UPS machine: slow, obviously right, and derived from energies alone.
 
-Generalised coordinates y = (x, y, z, a, b, c) of the tool T.  Thirteen rigid bodies: the platform and two a strut.  The
-base joint of a strut is a universal joint with two angles: alpha about its axis fixed in the base, beta about the second
-axis of the cross; both follow from y, and with them the whole rotation of the strut, spin included.  Every velocity is a
-derivative of a position or of a rotation matrix along y', every force a derivative of L = T - U:
+Generalised coordinates y = (x, y, z, a, b, c) of the tool T.  Thirteen rigid bodies: the platform and two a strut.
+The base joint of a strut is a universal joint with two angles: alpha about its axis fixed in the base, beta about the
+second axis of the cross; both follow from y, and with them the whole rotation of the strut, spin included.  Every
+velocity is a derivative of a position or of a rotation matrix along y', every force a derivative of L = T - U:
 
     d/dt (dL/dy') - dL/dy = (dl/dy)' u + E' w,      (v, w) = E y'
 
-Nothing here is taken from gough but the numbers of the machine: no formula of gough.frames, gough.mechanics or gough.machine.
+Nothing here is taken from gough but the numbers of the machine: no formula of its frames, mechanics or machine.
 """
 
 from __future__ import annotations
@@ -155,8 +155,8 @@ def oracle(machine, spring: float = 0.0, spring_length=0.0) -> Oracle:
 def universal_frame(machine, i: int) -> np.ndarray:
     """R_WU of base joint i: first axis the one fixed in the base, second that of the cross at alpha = 0.
 
-    Without a base axis the struts have no axial inertia and their spin does not matter: any axis across the strut at home
-    serves.
+    Without a base axis the struts have no axial inertia and their spin does not matter: any axis across the strut at
+    home serves.
     """
     home = machine.home
     R = np.array(ca.DM(rotation_abc(ca.DM(home[3:]))))

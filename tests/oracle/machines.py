@@ -20,8 +20,11 @@ def elementary(axis: int, angle: float) -> np.ndarray:
 
 
 def general():
-    """okuma-pm600 with nothing left at zero: a tool frame set off and turned, a centre of mass off the axis, a full inertia,
-    oblique axes of the base joints, oblique gravity, and a thousand times the axial inertia, so that the spin counts."""
+    """okuma-pm600 with nothing left at zero.
+
+    A tool frame set off and turned, a centre of mass off the axis, a full inertia, oblique axes of the base joints,
+    oblique gravity, and an axial inertia of the struts large enough for their spin to count.
+    """
     m = load_machine("okuma-pm600")
     position, angles = np.array([0.03, -0.05, -0.12]), np.array([0.2, -0.3, 0.4])
     R_PT = elementary(2, angles[2]) @ elementary(1, angles[1]) @ elementary(0, angles[0])
@@ -33,7 +36,8 @@ def general():
         fixed=StrutPart(mass=18.0, center=-0.08, transverse=0.15, axial=1.1),
     )
     return m.replace(
-        name="general", gravity=[1.5, -2.5, -9.0], platform=body, strut=strut, tool=Tool(position=position, angles=angles),
+        name="general", gravity=[1.5, -2.5, -9.0], platform=body, strut=strut,
+        tool=Tool(position=position, angles=angles),
         **{"joints.platform": position + m.joints.platform @ R_PT.T, "joints.base_axis": axis},
     )  # fmt: skip
 

@@ -132,7 +132,8 @@ def _refuse(machine, lead, row, status, why, residual, steps, margins, x):
         raise KinematicsError(
             "forward kinematics found no pose",
             where=place,
-            value=f"residual {residual[row]:.3g} m after {steps[row]} iterations, nearest pose {np.round(x[row], 6).tolist()}",
+            value=f"residual {residual[row]:.3g} m after {steps[row]} iterations, "
+            f"nearest pose {np.round(x[row], 6).tolist()}",
             limit=f"{RESIDUAL:g} m",
             cure="give a start nearer to the pose (near=...)",
         )

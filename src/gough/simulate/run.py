@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from .. import __version__
 from .. import kernel as kernels
 from ..control.base import Controller
 from ..declare import Part, quantity
@@ -240,7 +241,7 @@ class _Job:
         law = self.law.to_file()
         law.pop("machine", None)
         return {
-            "version": metadata.version("gough"),
+            "version": __version__,
             "versions": {name: metadata.version(name) for name in ("numpy", "casadi", "llvmlite", "xarray", "pydantic")}
             | {"python": platform.python_version()},
             "machine": self.believed.to_file(),
