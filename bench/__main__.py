@@ -21,13 +21,20 @@ from gough import kernel as kernels
 from gough.frames import quaternion_of_abc_np
 from gough.program.reference import Reference
 from gough.simulate import tick
-from gough.simulate.run import _processor
+from gough.simulate.provenance import processor
 
 ROUNDS = 5
 PERIOD, SUBSTEPS = 1e-3, 4
 LUGRE = gk.load_machine("nist-octahedral")
 STRIBECK = LUGRE.replace(
-    friction={"kind": "stribeck", "coulomb": 300.0, "static": 400.0, "stribeck": 2e-3, "viscous": 930.0, "smoothing": 1e-3}
+    friction={
+        "kind": "stribeck",
+        "coulomb": 300.0,
+        "static": 400.0,
+        "stribeck": 2e-3,
+        "viscous": 930.0,
+        "smoothing": 1e-3,
+    }
 )
 PROGRAM = gk.Circle(radius=0.2, feed=0.05)
 
@@ -66,7 +73,13 @@ def whole(machine):
 
 
 def main():
-    result = {"processor": _processor(), "threads": os.cpu_count(), "version": gk.__version__, "rounds": ROUNDS, "cases": {}}
+    result = {
+        "processor": processor(),
+        "threads": os.cpu_count(),
+        "version": gk.__version__,
+        "rounds": ROUNDS,
+        "cases": {},
+    }
     for name, machine in (("without memory", STRIBECK), ("LuGre", LUGRE)):
         schedule, *start = closed_loop(machine)
         begun = time.perf_counter()
@@ -93,15 +106,19 @@ def write(result):
     lines = [
         "# Performance", "",
         "Written by `make bench`.  Simulated seconds a CPU second, one core, medians of "
-        f"{result['rounds']} interleaved rounds; the octahedral hexapod under computed torque, 1 kHz, RK4 at 0.25 ms.", "",
+        f"{result['rounds']} interleaved rounds; the octahedral hexapod under computed torque,",
+        "1 kHz, RK4 at 0.25 ms.", "",
         f"Processor: {result['processor']}", "",
-        "| | " + " | ".join(f"friction {name}" for name in result["cases"]) + " |", "|---|" + "---|" * len(result["cases"]),
+        "| | " + " | ".join(f"friction {name}" for name in result["cases"]) + " |",
+        "|---|" + "---|" * len(result["cases"]),
     ]  # fmt: skip
     cases = list(result["cases"].values())
     for key, label in (
         ("interpreter", "CasADi's interpreter"), ("one lane", "kernel, one lane"),
-        ("lanes", f"kernel, {cases[0]['lanes_width']} lanes"), ("simulate", "`gk.simulate()`, one run, with reference, contour error and log"),
-        ("one lane / interpreter", "one lane against the interpreter"), ("lanes / one lane", "all lanes against one lane"),
+        ("lanes", f"kernel, {cases[0]['lanes_width']} lanes"),
+        ("simulate", "`gk.simulate()`, one run, with reference, contour error and log"),
+        ("one lane / interpreter", "one lane against the interpreter"),
+        ("lanes / one lane", "all lanes against one lane"),
         ("operations", "operations a sample"), ("compile_s", "compile time of one lane, s"),
     ):  # fmt: skip
         cells = [f"{case[key]:.3g}" if isinstance(case[key], float) else f"{case[key]}" for case in cases]

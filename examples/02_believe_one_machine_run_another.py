@@ -10,7 +10,8 @@ for payload in (None, 50.0):
     for law in (gk.PID(bandwidth=12.0), gk.ComputedTorque(bandwidth=16.0)):
         log = gk.simulate(machine, law, circle, plant=plant)
         error = gk.measure(log).contour_error
-        print(f"payload {payload or 0:4.0f} kg  {law.kind:16} {1e6 * error['rms']:6.2f} um rms {1e6 * error['max']:7.1f} um max")
+        rms, largest = 1e6 * error["rms"], 1e6 * error["max"]
+        print(f"payload {payload or 0:2.0f} kg  {law.kind:16} {rms:5.2f} um rms {largest:5.1f} um max")
 
 
 # at rest the struts carry the payload's weight from the first sample on: J' u is the force on the platform

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import gough as gk
-from gough import cli_new
+from gough.cli import new as cli_new
 from gough.errors import KinematicsError, WorkspaceError
 from gough.log import Log
 from sample_files import CIRCLE, EXPERIMENT, SHEET
@@ -221,7 +221,7 @@ def test_an_interrupted_command_ends_with_130_and_says_so(gough, write, fake, tm
 
 
 def test_a_terminal_without_the_letters_of_the_table_gets_escapes():
-    script = "import gough.cli_show as m\nm.list_machines = lambda outcome: print(chr(181))\n"
+    script = "import gough.cli.show as m\nm.list_machines = lambda outcome: print(chr(181))\n"
     script += "from gough.cli import main\nmain(['machines'])"
     out = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=30

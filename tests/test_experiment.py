@@ -7,11 +7,11 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 
-from gough import laws
 from gough.errors import ExperimentError, SheetError
+from gough.experiment import laws as laws
 from gough.experiment import load_experiment
+from gough.experiment.resolve import resolved
 from gough.machine.sheet import library, load_machine, overridden
-from gough.resolve import resolved
 from sample_files import CIRCLE, EXPERIMENT, SHEET
 
 NC = "G21 G90\nG1 X10 F3000\nG1 X0\nM2\n"

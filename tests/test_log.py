@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gough import log_export, log_file
 from gough.errors import LogError, StorageError
 from gough.log import Log
-from gough.log_build import SCHEMA, VARIABLES, LogBuilder
+from gough.log import export as log_export
+from gough.log import file as log_file
+from gough.log.build import SCHEMA, VARIABLES, LogBuilder
 
 TASK = (("x", "m"), ("y", "m"), ("z", "m"), ("a", "rad"), ("b", "rad"), ("c", "rad"))
 
@@ -53,7 +54,7 @@ def saved(tmp_path_factory):
 def test_what_is_saved_is_loaded_bit_for_bit(tmp_path):
     x = np.random.default_rng(1).standard_normal((50, 6))
     x[3, 2], x[4, 1], x[5, 0] = np.nan, np.inf, -0.0
-    log = build(x=x, info={"text": "(é µ \\ \" \0 \ud800)\n" * 20_000})  # longer than the 64 KiB of a plain attribute
+    log = build(x=x, info={"text": '(é µ \\ " \0 \ud800)\n' * 20_000})  # longer than the 64 KiB of a plain attribute
     log.save(tmp_path / "a.nc")
     again = Log.load(tmp_path / "a.nc")
     assert again.dataset.identical(log.dataset)
@@ -88,11 +89,22 @@ def test_every_variable_says_unit_and_meaning_and_none_is_named_like_a_dimension
 @pytest.mark.parametrize(
     ("name", "dims", "units"),
     [
-        ("x_r", ("t", "task"), "m, rad"), ("xd", ("t", "twist"), "m/s, rad/s"), ("q_m", ("t", "joint"), "m"),
-        ("u_c", ("t", "joint"), "N"), ("friction", ("t", "joint"), "N"), ("saturated", ("t", "joint"), "1"),
-        ("wrench_hat", ("t", "wrench_axis"), "N, N m"), ("s_r", ("t",), "m"), ("line", ("t",), "1"),
-        ("contour_error", ("t",), "m"), ("orientation_error", ("t",), "rad"), ("lag", ("t",), "m"),
-        ("circle", ("t",), "1"), ("radial_error", ("t",), "m"), ("counted", ("t",), "1"), ("block", ("t",), "1"),
+        ("x_r", ("t", "task"), "m, rad"),
+        ("xd", ("t", "twist"), "m/s, rad/s"),
+        ("q_m", ("t", "joint"), "m"),
+        ("u_c", ("t", "joint"), "N"),
+        ("friction", ("t", "joint"), "N"),
+        ("saturated", ("t", "joint"), "1"),
+        ("wrench_hat", ("t", "wrench_axis"), "N, N m"),
+        ("s_r", ("t",), "m"),
+        ("line", ("t",), "1"),
+        ("contour_error", ("t",), "m"),
+        ("orientation_error", ("t",), "rad"),
+        ("lag", ("t",), "m"),
+        ("circle", ("t",), "1"),
+        ("radial_error", ("t",), "m"),
+        ("counted", ("t",), "1"),
+        ("block", ("t",), "1"),
     ],
 )  # the table of CONTRACT.md 3; its dimension wrench is wrench_axis, because a variable is named wrench
 def test_variables_have_the_dimensions_and_units_of_the_contract(name, dims, units):
@@ -128,8 +140,9 @@ def test_states_have_dimensions_of_their_own_unless_of_joint_or_task_size():
 
 
 def test_a_batch_has_the_dimension_run_behind_t():
-    log = Log.build(np.arange(2.0), {"x": np.zeros((2, 5, 6)), "lag": np.zeros((2, 5))}, task=TASK, joints=6, info={},
-                    runs=5)
+    log = Log.build(
+        np.arange(2.0), {"x": np.zeros((2, 5, 6)), "lag": np.zeros((2, 5))}, task=TASK, joints=6, info={}, runs=5
+    )
     assert log.dataset["x"].dims == ("t", "run", "task")
     assert log.dataset["lag"].dims == ("t", "run")
     assert "5 runs" in repr(log)
@@ -220,8 +233,11 @@ def test_what_is_no_log_is_said_to_be_none(saved, tmp_path):
     saved[0].dataset.to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
     shutil.copy(saved[1], tmp_path / "good.nc")
     for name, words in (
-        ("a.csv", "not a log of gough"), ("foreign.nc", "is NetCDF, but not a log"), ("again.nc", "lacks its checksum"),
-        ("none.nc", "no such file"), (".", "is a folder, not a log; name the file, e.g. again.nc"),
+        ("a.csv", "not a log of gough"),
+        ("foreign.nc", "is NetCDF, but not a log"),
+        ("again.nc", "lacks its checksum"),
+        ("none.nc", "no such file"),
+        (".", "is a folder, not a log; name the file, e.g. again.nc"),
     ):
         with pytest.raises(LogError, match=words) as found:
             Log.load(tmp_path / name)

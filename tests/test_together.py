@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from gough import together as module
-from gough.together import together
+from gough.cli import together as module
+from gough.cli.together import together
 
 
 def test_results_come_in_the_order_of_the_jobs():

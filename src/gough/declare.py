@@ -23,7 +23,16 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
 from pydantic_core import PydanticUndefined
 
 from . import units
@@ -85,8 +94,10 @@ class Quantity:
         if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
             return [units.to_si(entry, unit) for entry, unit in zip(raw, self._units(len(raw)), strict=True)]
         if from_file and self.unit not in ("", "1"):
-            cure = f'write e.g. "{raw} {self._units(1)[0]}"' if not isinstance(raw, list | tuple) else (
-                f'write {{ unit = "{self._units(1)[0]}", value = ... }}'
+            cure = (
+                f'write e.g. "{raw} {self._units(1)[0]}"'
+                if not isinstance(raw, list | tuple)
+                else (f'write {{ unit = "{self._units(1)[0]}", value = ... }}')
             )
             raise InputError("has no unit", value=_brief(raw), cure=cure)
         return _numbers(raw)
@@ -143,7 +154,12 @@ class Part(BaseModel):
     """Base of machines, laws and programs: frozen, no unknown keys, no inf or nan, equal and hashed by content."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False, strict=True, validate_default=False
+        frozen=True,
+        extra="forbid",
+        arbitrary_types_allowed=True,
+        allow_inf_nan=False,
+        strict=True,
+        validate_default=False,
     )
     input_error: ClassVar[type[InputError]] = ExperimentError
 
@@ -441,7 +457,11 @@ def _under(problem: Problem, key: str) -> Problem:
 
 def _fields_at(kind: type, path: tuple) -> list[str]:
     for step in path:
-        kind = _part_of(kind.model_fields[step].annotation, step) if isinstance(kind, type) and step in kind.model_fields else None
+        kind = (
+            _part_of(kind.model_fields[step].annotation, step)
+            if isinstance(kind, type) and step in kind.model_fields
+            else None
+        )
         if kind is None:
             return []
     return list(kind.model_fields)

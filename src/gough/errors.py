@@ -1,9 +1,9 @@
 """One tree of errors.  An error names the place, the rule, the value and the cure, in that order of need.
 
-    GoughError
-      InputError   exit status 2, the input is wrong     UnitError SheetError ExperimentError ProgramError LogError
-      RunError     exit status 1, the run failed         KinematicsError WorkspaceError SingularityError DivergedError
-                                                         StorageError
+GoughError
+  InputError   exit status 2, the input is wrong     UnitError SheetError ExperimentError ProgramError LogError
+  RunError     exit status 1, the run failed         KinematicsError WorkspaceError SingularityError DivergedError
+                                                     StorageError
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ class GoughError(Exception):
         """The same error with its place filled in where it was still unknown (file, line, key, ...)."""
         return type(self)(
             problems=[
-                dataclasses.replace(p, **{k: v for k, v in parts.items() if getattr(p, k) is None}) for p in self.problems
+                dataclasses.replace(p, **{k: v for k, v in parts.items() if getattr(p, k) is None})
+                for p in self.problems
             ]
         )
 

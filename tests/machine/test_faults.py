@@ -58,10 +58,22 @@ def test_k1_the_cone_is_the_angle_from_home_at_each_end(okuma):
             )
 
 
-def test_k1_a_pose_outside_the_declared_workspace_is_no_answer(nist):
-    x = nist.home + [0.26, 0, 0, 0, 0, 0]  # radius 0.25 m
-    with pytest.raises(WorkspaceError, match="beyond the radius of the workspace"):
+@pytest.mark.parametrize(
+    ("offset", "message"),
+    [
+        ([0.26, 0, 0, 0, 0, 0], "beyond the radius of the workspace"),  # 0.25 m
+        ([0, 0, -0.11, 0, 0, 0], "beyond the height of the workspace"),  # 0.2 m, half of it down
+        ([0, 0, 0, np.radians(21), 0, 0], "tilted beyond the workspace"),  # 20 deg
+        ([0, 0, 0, 0, 0, np.radians(31)], "turned beyond the workspace"),  # 30 deg
+        ([0, 0, 0, 0, 0, np.radians(-31)], "turned beyond the workspace"),
+    ],
+)
+def test_k1_a_pose_outside_the_declared_workspace_is_no_answer(nist, offset, message):
+    x = nist.home + offset
+    with pytest.raises(WorkspaceError, match=message):
         nist.forward_kinematics(nist.inverse_kinematics(x), near=x)
+    inside = nist.home + 0.9 * np.array(offset)
+    assert_allclose(nist.forward_kinematics(nist.inverse_kinematics(inside), near=inside), inside, atol=1e-12)
 
 
 def test_k1_random_poses_are_inside_every_limit_and_fill_the_workspace(library_machine):
@@ -148,12 +160,20 @@ def test_k3_a_start_at_the_singular_pose_gives_a_right_pose_or_an_error(library_
     assert ok.sum() == 0 or np.abs(found[ok] - x[ok]).max() < 1e-9
 
 
-def test_k3_an_exactly_singular_step_ends_the_search_where_it_stands():
-    """Two equal rows of J: numpy's solve raises, and the other rows must not suffer."""
+def test_k3_an_exactly_singular_jacobian_spoils_its_own_row_only():
+    """Equal rows of J: numpy's solve raises for all, and the others must not suffer."""
     J = np.stack([np.eye(6), np.ones((6, 6)), 2 * np.eye(6)])
     x = forward.solve_rows(J, np.ones((3, 6)))
     assert_allclose(x[[0, 2]], [[1.0] * 6, [0.5] * 6])
     assert np.isnan(x[1]).all()
+
+
+def test_k3_a_search_without_a_step_ends_where_it_stands_and_says_so(nist, monkeypatch):
+    monkeypatch.setattr(forward, "solve_rows", lambda J, r: np.full(r.shape, np.nan))
+    start = nist.home + [0.01, 0, 0, 0, 0, 0]
+    with pytest.raises(KinematicsError, match=r"after 1 iterations, nearest pose \[0\.01, ") as caught:
+        nist.forward_kinematics(nist.inverse_kinematics(nist.home), near=start)
+    assert "nan" not in str(caught.value)
 
 
 def test_k4_lengths_no_pose_has_end_in_an_error_with_residual_and_iterations(nist):

@@ -290,8 +290,9 @@ def test_measuring_is_fast(which, budget, machine):
     n = 50_000
     Ts = motion.duration / n
     r = motion.sample(0, n, Ts)
-    x = np.concatenate([r.x[:, :3] + 1e-5 * np.random.default_rng(0).normal(size=(n, 3)),
-                        quaternion_of_abc_np(r.x[:, 3:])], 1)
+    x = np.concatenate(
+        [r.x[:, :3] + 1e-5 * np.random.default_rng(0).normal(size=(n, 3)), quaternion_of_abc_np(r.x[:, 3:])], 1
+    )
     meter = ContourMeter(motion)
     best = np.inf
     for _ in range(3):  # the best of three: other work runs on this machine

@@ -139,8 +139,15 @@ def test_a_run_on_the_reference_has_no_error(machine):
         r, book = motion.sample(k0, k1, 1e-3), motion.book(k0, k1, 1e-3)
         c = meter(k0, k1, 1e-3, np.concatenate([r.x[:, :3], quaternion_of_abc_np(r.x[:, 3:])], 1))
         out.update(
-            contour_error=c.contour_error, orientation_error=c.orientation_error, lag=c.lag, counted=book.counted,
-            line=book.line, q_r=r.q, qd_r=r.qd, q=r.q, qd=r.qd,
+            contour_error=c.contour_error,
+            orientation_error=c.orientation_error,
+            lag=c.lag,
+            counted=book.counted,
+            line=book.line,
+            q_r=r.q,
+            qd_r=r.qd,
+            q=r.q,
+            qd=r.qd,
         )
     found = out.result()
     assert found["contour_error"]["max"] < 1e-15

@@ -83,10 +83,12 @@ def test_a_bend_above_a_hundredth_of_a_degree_is_a_corner(angle, stops):
 
 
 def test_a_line_runs_into_its_tangent_arc_without_a_stop_at_the_lower_feed():
-    path = Path([
-        Block(Line((0, 0, 0), (0.1, 0, 0)), feed=0.05),
-        Block(Arc((0.1, 0, 0), (0.1, 0.05, 0), (0, 0, 1), np.pi / 2), feed=0.03),
-    ])
+    path = Path(
+        [
+            Block(Line((0, 0, 0), (0.1, 0, 0)), feed=0.05),
+            Block(Arc((0.1, 0, 0), (0.1, 0.05, 0), (0, 0, 1), np.pi / 2), feed=0.03),
+        ]
+    )
     assert Feed(path, LIMITS).v0[1] == 0.03
 
 
@@ -149,8 +151,10 @@ def test_limits_hold_and_position_is_the_integral_of_speed(seed, corner):
     rise = feed.v1**2 - feed.v0**2
     assert (np.abs(rise) <= 2 * feed.acceleration * path.extent * (1 + 1e-9) + 1e-15).all()
     # trapezoid by block: the area under the speed is the block's extent, exactly
-    area = feed.t_up * (feed.v0 + feed.peak) / 2 + feed.t_down * (feed.v1 + feed.peak) / 2 + np.where(
-        path.extent > 0, feed.t_cruise * feed.peak, 0
+    area = (
+        feed.t_up * (feed.v0 + feed.peak) / 2
+        + feed.t_down * (feed.v1 + feed.peak) / 2
+        + np.where(path.extent > 0, feed.t_cruise * feed.peak, 0)
     )
     np.testing.assert_allclose(area, path.extent, rtol=1e-9, atol=1e-15)
 

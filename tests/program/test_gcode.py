@@ -234,8 +234,8 @@ def test_what_is_not_in_the_subset_is_an_error_with_its_line(text, message):
         ("G0 X1\n\n", "1: the program has no end; write M2 or M30 as its last line"),
         ("%\nG0 X1\n", "2: the program has no end; write M2 or M30 as its last line"),
         ("%", "1: the program has no end; write M2 or M30 as its last line"),
-        ("M2", '1: the program moves nothing; write a G0 or G1 with an axis word'),
-        ("%\n%", '2: the program moves nothing; write a G0 or G1 with an axis word'),
+        ("M2", "1: the program moves nothing; write a G0 or G1 with an axis word"),
+        ("%\n%", "2: the program moves nothing; write a G0 or G1 with an axis word"),
         ("G0 X1\nM2\nG0 X2", "3: a block behind the end of the program, got G0; remove it"),
     ],
 )

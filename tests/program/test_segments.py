@@ -76,8 +76,10 @@ def test_ellipse_arc_length_is_right_to_a_picometre():
         phi += 2 * np.pi * np.round((0.4 + 5.0 * share - phi) / (2 * np.pi))
         # the parameter differs from share * 5 by less than a turn; take the branch that integrates to s
         known = min(
-            (quad(lambda u: np.hypot(0.1 * np.sin(u), 0.03 * np.cos(u)), 0.4, phi + k * 2 * np.pi, epsabs=1e-14)[0]
-             for k in (-1, 0, 1)),
+            (
+                quad(lambda u: np.hypot(0.1 * np.sin(u), 0.03 * np.cos(u)), 0.4, phi + k * 2 * np.pi, epsabs=1e-14)[0]
+                for k in (-1, 0, 1)
+            ),
             key=lambda value: abs(value - s[0]),
         )
         assert abs(known - s[0]) < 1e-12
@@ -118,7 +120,9 @@ def test_closest_point_agrees_with_a_dense_search(segment):
         step = (cut[k, 1] - cut[k, 0]) / 4000
         bounds = max(cut[k, 0], grid[j] - step), min(cut[k, 1], grid[j] + step)
         best = minimize_scalar(
-            lambda u, k=k: norm(p[k] - ask(segment, "point", u))[0], bounds=bounds, method="bounded",
+            lambda u, k=k: norm(p[k] - ask(segment, "point", u))[0],
+            bounds=bounds,
+            method="bounded",
             options={"xatol": 1e-12},
         )
         known = min(best.fun, distance[0], distance[-1])

@@ -77,8 +77,11 @@ def test_the_square_the_diamond_and_the_circle_touch():
     every = np.arange(len(path))
     along = [path.point(every, share * path.length) for share in np.linspace(0, 1, 33)]
     r, z = np.array([np.hypot(p[:, 0], p[:, 1]) for p in along]), np.array([p[:, 2] for p in along])
-    for level, least, most in ((-0.006, 0.08, np.hypot(0.08, 0.08)), (-0.004, 0.08 / np.sqrt(2), 0.08),
-                               (-0.002, 0.08 / np.sqrt(2), 0.08 / np.sqrt(2))):
+    for level, least, most in (
+        (-0.006, 0.08, np.hypot(0.08, 0.08)),
+        (-0.004, 0.08 / np.sqrt(2), 0.08),
+        (-0.002, 0.08 / np.sqrt(2), 0.08 / np.sqrt(2)),
+    ):
         on = (np.abs(z - level) < 1e-12).all(0)  # blocks that stay at this level
         assert on.sum() == (2 if level == -0.002 else 4)
         assert r[:, on].min() == pytest.approx(least, rel=1e-12)

@@ -85,8 +85,11 @@ def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="",
     if len(kept):
         metrics = {
             "contour_error": {
-                "max": error[worst], "rms": np.sqrt(np.mean(error[kept] ** 2)), "mean": error[kept].mean(),
-                "at": t[worst], "line": line[worst],
+                "max": error[worst],
+                "rms": np.sqrt(np.mean(error[kept] ** 2)),
+                "mean": error[kept].mean(),
+                "at": t[worst],
+                "line": line[worst],
             },
             "orientation_error": {"max": 8 * scale, "rms": 3 * scale, "mean": 2 * scale, "at": t[worst], "line": 15},
             "lag": {"max": 3 * scale, "rms": 3 * scale},
@@ -113,9 +116,17 @@ def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="",
         "simulated_time": seconds,
         "metrics": metrics,
         "circles": [
-            {"id": i + 1, "line": 12 + 3 * i, "center": [0, 0, HOME_Z], "radius": RADIUS, "normal": [0, 0, 1],
-             "feed": FEED, "ccw": i == 0}
-            for i in range(2) if (number == i + 1).any()
+            {
+                "id": i + 1,
+                "line": 12 + 3 * i,
+                "center": [0, 0, HOME_Z],
+                "radius": RADIUS,
+                "normal": [0, 0, 1],
+                "feed": FEED,
+                "ccw": i == 0,
+            }
+            for i in range(2)
+            if (number == i + 1).any()
         ],
         "drawing": [
             {"name": "base", "points": np.vstack([base, base[:1]])},
@@ -127,10 +138,25 @@ def make_log(kind="pid", scale=4e-6, seed=0, seconds=60.0, rate=1000, failed="",
         "processor": "test",
     }
     values = {
-        "x_r": x_r, "x": x, "q_r": q_r, "q": q, "q_m": q + 1e-7 * rng.standard_normal(q.shape), "u_c": u, "u": u,
-        "saturated": np.abs(u) > 420, "line": line, "counted": counted, "block": line - 11, "s_r": FEED * t,
-        "contour_error": error, "orientation_error": 2 * error, "lag": lag, "circle": number,
-        "radial_error": np.where(number > 0, signed, 0), "controller.integral": 0.1 * u, "controller.count": t * rate,
+        "x_r": x_r,
+        "x": x,
+        "q_r": q_r,
+        "q": q,
+        "q_m": q + 1e-7 * rng.standard_normal(q.shape),
+        "u_c": u,
+        "u": u,
+        "saturated": np.abs(u) > 420,
+        "line": line,
+        "counted": counted,
+        "block": line - 11,
+        "s_r": FEED * t,
+        "contour_error": error,
+        "orientation_error": 2 * error,
+        "lag": lag,
+        "circle": number,
+        "radial_error": np.where(number > 0, signed, 0),
+        "controller.integral": 0.1 * u,
+        "controller.count": t * rate,
         "plant.quaternion": np.tile([1.0, 0, 0, 0], (n, 1)),
     }
     return Log.build(t, values, task=TASK, joints=6, info=info, status="failed" if failed else "done", reason=failed)

@@ -12,8 +12,14 @@ from gough.errors import LogError
 from gough.report import figures, style
 from gough.report.figures import circle, contour_error, forces, path, save_all, tracking, velocities
 
-ALL = {"contour_error": contour_error, "path": path, "circle": circle, "forces": forces, "velocities": velocities,
-       "tracking": tracking}
+ALL = {
+    "contour_error": contour_error,
+    "path": path,
+    "circle": circle,
+    "forces": forces,
+    "velocities": velocities,
+    "tracking": tracking,
+}
 
 
 @pytest.mark.parametrize("figure", ALL.values(), ids=ALL)
@@ -104,9 +110,16 @@ def test_no_picture_is_blank(logs, tmp_path):
 
     paths = save_all(logs, tmp_path)
     assert [p.name for p in paths] == [
-        "contour_error.png", "circle_1.png", "circle_2.png",
-        "path_pid.png", "forces_pid.png", "velocities_pid.png", "tracking_pid.png",
-        "path_computed_torque.png", "forces_computed_torque.png", "velocities_computed_torque.png",
+        "contour_error.png",
+        "circle_1.png",
+        "circle_2.png",
+        "path_pid.png",
+        "forces_pid.png",
+        "velocities_pid.png",
+        "tracking_pid.png",
+        "path_computed_torque.png",
+        "forces_computed_torque.png",
+        "velocities_computed_torque.png",
         "tracking_computed_torque.png",
     ]
     for p in paths:
@@ -156,6 +169,7 @@ def test_colours_are_those_of_the_style_file():
 
 def test_the_colours_of_error_darken_steadily():
     """Lightness alone must tell the order: relative luminance of sRGB, IEC 61966-2-1."""
+
     def luminance(colour):
         rgb = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
         linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)

@@ -13,7 +13,7 @@ import pytest
 from conftest import make_log
 from gough.report.page import page, report
 
-HOSTILE = '"><script>alert(1)</script><img src=x onerror=alert(2)>\'</style></pre>{{js}}&amp;'
+HOSTILE = "\"><script>alert(1)</script><img src=x onerror=alert(2)>'</style></pre>{{js}}&amp;"
 
 
 class Page(HTMLParser):
@@ -91,9 +91,14 @@ def test_a_chart_is_never_offered_to_a_server(parsed):
 
 def test_hostile_names_are_only_text():
     log = make_log(HOSTILE, seconds=2.0, rate=100, failed=HOSTILE, program_name=HOSTILE)
-    info = log.info | {"machine_name": HOSTILE, "version": HOSTILE, "versions": {HOSTILE: HOSTILE},
-                       "machine": {HOSTILE: HOSTILE}, "program": {"name": HOSTILE, "text": HOSTILE},
-                       "drawing": [{"name": HOSTILE, "points": [[0, 0, 0], [1, 1, 1]]}]}
+    info = log.info | {
+        "machine_name": HOSTILE,
+        "version": HOSTILE,
+        "versions": {HOSTILE: HOSTILE},
+        "machine": {HOSTILE: HOSTILE},
+        "program": {"name": HOSTILE, "text": HOSTILE},
+        "drawing": [{"name": HOSTILE, "points": [[0, 0, 0], [1, 1, 1]]}],
+    }
     log.dataset.attrs["gough"] = json.dumps(info)
     text = page(log, {HOSTILE: HOSTILE})
     found = Page(text)
@@ -107,8 +112,17 @@ def test_hostile_names_are_only_text():
 def test_the_page_tells_everything_in_reading_order(parsed):
     ids = [attrs["id"] for tag, attrs in parsed.tags if tag == "section"]
     assert ids == ["numbers", "path", "circles", "contour", "forces", "machine", "inputs"]
-    for words in ("3.3 times as closely", "contour error, max", "NC program circle-diamond.ngc", "Machine sheet",
-                  "casadi", 'use = "nist-octahedral"', "abababab", "seed = 1", "G21 G90 G17"):
+    for words in (
+        "3.3 times as closely",
+        "contour error, max",
+        "NC program circle-diamond.ngc",
+        "Machine sheet",
+        "casadi",
+        'use = "nist-octahedral"',
+        "abababab",
+        "seed = 1",
+        "G21 G90 G17",
+    ):
         assert words in parsed.text, words
 
 
@@ -215,8 +229,15 @@ def test_report_writes_page_and_pictures_and_leaves_nothing_else(short, tmp_path
     target = report([short], tmp_path, {"experiment.toml": "x = 1"})
     assert target == tmp_path / "report.html"
     names = {p.name for p in tmp_path.iterdir()}
-    assert names == {"report.html", "contour_error.png", "circle_1.png", "path_pid.png", "forces_pid.png",
-                     "velocities_pid.png", "tracking_pid.png"}
+    assert names == {
+        "report.html",
+        "contour_error.png",
+        "circle_1.png",
+        "path_pid.png",
+        "forces_pid.png",
+        "velocities_pid.png",
+        "tracking_pid.png",
+    }
 
 
 def test_the_page_of_two_minutes_is_smaller_than_8_megabytes(text):

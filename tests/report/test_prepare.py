@@ -55,9 +55,18 @@ def test_the_rows_of_a_path_hold_its_largest_error_and_no_long_stretch_is_left_o
 
 @pytest.mark.parametrize(
     ("values", "unit", "shown"),
-    [([3.2e-6], "m", "µm"), ([0.9999e-3, 1e-9], "m", "mm"), ([-0.5], "m", "mm"), ([450.0], "N", "N"),
-     ([4500], "N", "kN"), ([0.037], "m/s", "mm/s"), ([2e-6], "rad", "µrad"), ([0.0], "m", "m"),
-     ([np.nan], "m", "m"), ([], "N", "N")],
+    [
+        ([3.2e-6], "m", "µm"),
+        ([0.9999e-3, 1e-9], "m", "mm"),
+        ([-0.5], "m", "mm"),
+        ([450.0], "N", "N"),
+        ([4500], "N", "kN"),
+        ([0.037], "m/s", "mm/s"),
+        ([2e-6], "rad", "µrad"),
+        ([0.0], "m", "m"),
+        ([np.nan], "m", "m"),
+        ([], "N", "N"),
+    ],
 )
 def test_the_unit_shown_is_the_one_in_which_the_largest_value_is_at_least_one(values, unit, shown):
     assert prepare.scale_for(values, unit).unit == shown
@@ -77,8 +86,12 @@ def test_the_magnification_is_a_round_number_and_fills_the_picture(largest):
 
 @pytest.mark.parametrize(
     ("normal", "axes", "right", "up"),
-    [([0, 0, 1], ("+x", "+y"), 0, 1), ([0, 0, -1], ("+x", "+y"), 0, 1), ([1, 0, 0], ("+y", "+z"), 1, 2),
-     ([0, 1, 0], ("-x", "+z"), 0, 2)],
+    [
+        ([0, 0, 1], ("+x", "+y"), 0, 1),
+        ([0, 0, -1], ("+x", "+y"), 0, 1),
+        ([1, 0, 0], ("+y", "+z"), 1, 2),
+        ([0, 1, 0], ("-x", "+z"), 0, 2),
+    ],
 )
 def test_a_bump_of_a_circle_is_drawn_on_its_own_side(normal, axes, right, up):
     phi = np.linspace(0, 2 * np.pi, 721)[:-1]

@@ -6,11 +6,26 @@ import re
 import pytest
 
 from conftest import make_log
-from gough.log_build import plain
+from gough.log.build import plain
 from gough.report.table import LINES, NONE, number, report_table, verdict
 
-SI = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "m": 1, "nrad": 1e-9, "µrad": 1e-6, "mrad": 1e-3, "rad": 1, "N": 1, "kN": 1e3,
-      "mm/s": 1e-3, "m/s": 1, "%": 1e-2, "s": 1, "": 1}
+SI = {
+    "nm": 1e-9,
+    "µm": 1e-6,
+    "mm": 1e-3,
+    "m": 1,
+    "nrad": 1e-9,
+    "µrad": 1e-6,
+    "mrad": 1e-3,
+    "rad": 1,
+    "N": 1,
+    "kN": 1e3,
+    "mm/s": 1e-3,
+    "m/s": 1,
+    "%": 1e-2,
+    "s": 1,
+    "": 1,
+}
 
 
 def changed(log, **metrics):

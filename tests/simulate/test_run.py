@@ -54,7 +54,9 @@ def test_a_thinned_log_has_the_same_metrics(base, nist):
 def test_metrics_are_those_of_the_rows(base):
     counted = base["counted"] == 1
     assert base.metrics["contour_error"]["max"] == base["contour_error"][counted].max()
-    np.testing.assert_allclose(base.metrics["contour_error"]["rms"], np.sqrt(np.mean(base["contour_error"][counted] ** 2)), rtol=1e-12)
+    np.testing.assert_allclose(
+        base.metrics["contour_error"]["rms"], np.sqrt(np.mean(base["contour_error"][counted] ** 2)), rtol=1e-12
+    )
 
 
 def test_every_sample_from_start_to_settled_end_is_there(base, nist):
@@ -75,7 +77,12 @@ def test_it_starts_without_a_bump(nist):
     """The very first forces differ from the holding ones by what the encoder's rounding does, and no more."""
     still = gk.Polyline(points=np.array([[0.01, 0.02, 0.0], [0.01, 0.02, 0.005]]), feed=0.01, lead_in=0.2)
     for law in (gk.PID(bandwidth=12.0), gk.ComputedTorque(bandwidth=16.0)):
-        log = gk.simulate(nist.replace(**{"drive.encoder": None}), law, still, plant=gk.Plant(machine=nist.replace(**{"drive.encoder": None}), payload=30.0))
+        log = gk.simulate(
+            nist.replace(**{"drive.encoder": None}),
+            law,
+            still,
+            plant=gk.Plant(machine=nist.replace(**{"drive.encoder": None}), payload=30.0),
+        )
         rest = log["t"] < 0.19
         assert np.abs(log["x"] - log["x_r"])[rest].max() < 1e-9
 
@@ -112,7 +119,9 @@ def test_a_program_out_of_reach_ends_where_it_leaves(nist):
 def test_an_unstable_loop_is_warned_of_and_then_stopped(nist):
     """P5 and S1: the number before, the reason after; the last good state stays."""
     law = gk.PID(bandwidth=60.0)
-    with pytest.warns(StabilityWarning, match=r"pid: the loop at a period of 1 ms is unstable .* spectral radius 1\.\d+"):
+    with pytest.warns(
+        StabilityWarning, match=r"pid: the loop at a period of 1 ms is unstable .* spectral radius 1\.\d+"
+    ):
         log = gk.simulate(nist.replace(**{"drive.torque_limit": None}), law, CIRCLE)
     assert log.dataset.attrs["status"] == "failed"
     assert np.isfinite(log["x"]).all() and np.isfinite(log["u"]).all()
@@ -146,7 +155,11 @@ def test_nan_is_stopped_even_behind_a_torque_limit(nist):
 def test_saturation_is_logged_and_does_not_wind_up(nist):
     """S7: with weak motors the run saturates, says so, and is back on the path when the demand is over."""
     weak = nist.replace(**{"drive.torque_limit": 12.0})
-    log = gk.simulate(weak, gk.PID(bandwidth=12.0), gk.Polyline(points=np.array([[0, 0, 0], [0.1, 0, 0]]), feed=0.3, acceleration=6.0, settle=1.0))
+    log = gk.simulate(
+        weak,
+        gk.PID(bandwidth=12.0),
+        gk.Polyline(points=np.array([[0, 0, 0], [0.1, 0, 0]]), feed=0.3, acceleration=6.0, settle=1.0),
+    )
     limit = 12.0 * 2 * np.pi / nist.drive.lead
     assert np.abs(log["u"]).max() <= limit
     assert log["saturated"].max() == 1 and 0 < log.metrics["saturated"] < 1
@@ -171,7 +184,10 @@ def test_wrong_arguments_are_refused(nist):
         gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, signals=["contour_eror"])
     with pytest.raises(ExperimentError, match="on_fail"):
         gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, on_fail="ignore")
-    with pytest.raises(ExperimentError, match=r"1 sub-steps of 5 ms cannot follow .* pole x step = [0-9.]+ \(limit 2.785\); give at least \d+"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"1 sub-steps of 5 ms cannot follow .* pole x step = [0-9.]+ \(limit 2.785\); give at least \d+",
+    ):
         gk.simulate(nist, gk.PID(bandwidth=3.0), CIRCLE, period=5e-3, substeps=1)
 
 

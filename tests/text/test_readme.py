@@ -21,7 +21,7 @@ def text_of(block: str) -> list[str]:
 
 
 def assert_same(shown: str, found: str):
-    """Words alike, numbers to 2 %: another processor rounds otherwise, and friction's peaks show it in the third digit."""
+    """Words alike, numbers to 2 %: another processor rounds otherwise, and friction's peaks show it in a digit."""
     shown, found = text_of(shown), text_of(found)
     assert len(shown) == len(found), (shown, found)
     for a, b in zip(shown, found, strict=True):
@@ -40,7 +40,9 @@ def test_the_demo_prints_what_the_readme_says(tmp_path):
     assert (tmp_path / "out" / "report.html").stat().st_size > 1e6
     assert len(list((tmp_path / "out").glob("*.nc"))) == 2 and len(list((tmp_path / "out").glob("*.png"))) >= 5
     # and the folder repeats the run
-    again = subprocess.run([*CLI, "run", tmp_path / "out" / "experiment.toml", "-o", tmp_path / "again"], capture_output=True, text=True)
+    again = subprocess.run(
+        [*CLI, "run", tmp_path / "out" / "experiment.toml", "-o", tmp_path / "again"], capture_output=True, text=True
+    )
     assert text_of(again.stdout) == text_of(done.stdout), again.stderr
 
 

@@ -43,7 +43,9 @@ class Controller(Part):
     symbolic: ClassVar[bool] = True  # False: `step` is plain NumPy and takes the slow path
 
     machine: Machine | None = None
-    period: float | None = quantity("s", "sample period of the law; the run's where it is left open", default=None, above=0)
+    period: float | None = quantity(
+        "s", "sample period of the law; the run's where it is left open", default=None, above=0
+    )
 
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""

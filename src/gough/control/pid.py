@@ -43,7 +43,9 @@ class PID(Controller):
     speed_ratio: float = quantity("1", "speed loop bandwidth over position loop bandwidth", default=3.0, above=0)
     derivative: float = quantity("s", "derivative time T_D of the speed loop", default=0.0, at_least=0)
     feedforward: float = quantity("1", "share k_ff of the reference speed fed forward", default=1.0, at_least=0)
-    acceleration_feedforward: float = quantity("1", "share k_a of the reference acceleration fed forward", default=0.0, at_least=0)
+    acceleration_feedforward: float = quantity(
+        "1", "share k_a of the reference acceleration fed forward", default=0.0, at_least=0
+    )
     mass: float | Array | None = quantity("kg", "mass m felt by each joint", default=None, above=0, shape=(-1,))
 
     def on(self, machine, period):

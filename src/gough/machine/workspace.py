@@ -46,10 +46,11 @@ def margins(machine, z) -> np.ndarray:
     return np.concatenate([np.stack(inside, -1) + slack, found], -1)
 
 
-def check_poses(machine, x, place=lambda row: f"index {row}") -> None:
+def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> None:
     """Refuse poses (N, 6) outside the limits or near a singularity; the workspace is not asked.
 
-    `place(row)` names a row for the message: an NC line and a time.
+    `place(row)` names a row for the message: an NC line and a time.  The condition number, which costs ten times the
+    rest together, is taken of one row in `thin`: along a path it changes slowly.
 
     Raises
     ------
@@ -60,28 +61,41 @@ def check_poses(machine, x, place=lambda row: f"index {row}") -> None:
     z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
     found = machine.arrays.run("margins", z)[0]
     outside = ~(found >= 0)
-    bad = np.flatnonzero(outside.any(-1) | ~(condition(machine, machine.jacobian(x)) <= machine.limits.condition))
-    if not len(bad):
-        return
-    row = int(bad[0])
-    worst = int(np.argmax(outside[row])) if outside[row].any() else found.shape[1] - 1
-    describe(machine, machine.limit_names[worst], worst, x[row], place(row))
+    beyond_limits = np.flatnonzero(outside.any(-1))
+    sample = np.arange(0, len(x), thin)
+    number = condition(machine, machine.jacobian(x[sample]))
+    singular = np.flatnonzero(~(number <= machine.limits.condition))
+    if len(singular) and not (len(beyond_limits) and beyond_limits[0] <= sample[singular[0]]):
+        raise SingularityError(
+            "near a singularity: condition number of J",
+            where=place(int(sample[singular[0]])),
+            value=f"{number[singular[0]]:.3g}",
+            limit=f"{machine.limits.condition:g}",
+            cure=_CURE,
+        )
+    if len(beyond_limits):
+        row = int(beyond_limits[0])
+        worst = int(np.argmax(outside[row]))
+        raise beyond(machine, worst, found[row, worst], place(row))
 
 
-def describe(machine, name, index, x, place, time=None):
-    """Raise the error that says which limit (`index` of `Machine.margins`) the pose x (6,) violates."""
-    n = machine.joints_count
-    cure = "move the program (origin) or the work, or change the limits"
+_CURE = "move the work (origin), or change the limits of the machine"
+
+
+def beyond(machine, index: int, margin: float, place: str | None, time: float | None = None):
+    """The error that the limit `index` of `Machine.margins` is exceeded by -margin."""
+    n, limits, name = machine.joints_count, machine.limits, machine.limit_names[index]
+    told = {"where": place, "time": time, "cure": _CURE}
     if index < 2 * n:
-        q = machine.inverse_kinematics(x)[index % n]
-        limit = machine.limits.length[0 if index < n else 1]
-        raise WorkspaceError(name, where=place, value=f"{q:.6g} m", limit=f"{limit:g} m", time=time, cure=cure)
+        bound = limits.length[0 if index < n else 1]
+        length = bound + margin if index < n else bound - margin
+        return WorkspaceError(name, value=f"{length:.6g} m", limit=f"{bound:g} m", **told)
     if name.startswith("near a singularity"):
-        J, J_home = machine.jacobian(x), machine.jacobian(machine.home)
-        value = f"{np.linalg.det(J) / np.linalg.det(J_home):.3g} of it, condition number {condition(machine, J):.3g}"
-        limit = f"{machine.limits.determinant:g}, condition {machine.limits.condition:g}"
-        raise SingularityError(name, where=place, value=value, limit=limit, time=time, cure=cure)
-    raise WorkspaceError(name, where=place, limit=f"{np.degrees(machine.limits.cone):g} deg", time=time, cure=cure)
+        value, bound = limits.determinant + margin, limits.determinant
+        return SingularityError(name, value=f"{value:.3g} of it", limit=f"{bound:g}", **told)
+    cosine = np.cos(limits.cone) + margin
+    angle = np.degrees(np.arctan2(np.sqrt(max(0.0, 1 - cosine * cosine)), cosine))
+    return WorkspaceError(name, value=f"{angle:.4g} deg", limit=f"{np.degrees(limits.cone):g} deg", **told)
 
 
 def condition(machine, J) -> np.ndarray:

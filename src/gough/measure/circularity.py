@@ -59,9 +59,19 @@ def circularity(p, circle: Mapping) -> Circularity:
     center, radius = least_squares_circle(xy, weight)
     about = np.hypot(*(xy - center).T)
     return Circularity(
-        int(circle["id"]), int(circle["line"]), float(circle["radius"]), float(circle["feed"]), bool(circle["ccw"]),
-        angle, radial, float(weight @ radial), float(radial.max()), float(radial.min()),
-        float(about.max() - about.min()), (float(center[0]), float(center[1])), float(radius - circle["radius"]),
+        int(circle["id"]),
+        int(circle["line"]),
+        float(circle["radius"]),
+        float(circle["feed"]),
+        bool(circle["ccw"]),
+        angle,
+        radial,
+        float(weight @ radial),
+        float(radial.max()),
+        float(radial.min()),
+        float(about.max() - about.min()),
+        (float(center[0]), float(center[1])),
+        float(radius - circle["radius"]),
     )
 
 

@@ -44,7 +44,9 @@ class Accumulator:
         rows = np.flatnonzero(counted)
         place = t[rows], np.asarray(line)[rows]
         for worst, values in (
-            (self._contour, contour_error), (self._orientation, orientation_error), (self._lag, np.abs(lag)),
+            (self._contour, contour_error),
+            (self._orientation, orientation_error),
+            (self._lag, np.abs(lag)),
         ):
             worst.add(np.asarray(values, float)[rows], *place)
         error = np.abs(np.asarray(q_r, float) - q)[rows]
@@ -103,8 +105,11 @@ class _Worst:
         if not self.count:
             return dict.fromkeys(("max", "rms", "mean", "at", "line"))
         return {
-            "max": _number(self.max), "rms": _number(math.sqrt(self.squares / self.count)),
-            "mean": _number(self.sum / self.count), "at": self.at, "line": self.line,
+            "max": _number(self.max),
+            "rms": _number(math.sqrt(self.squares / self.count)),
+            "mean": _number(self.sum / self.count),
+            "at": self.at,
+            "line": self.line,
         }
 
 
@@ -141,8 +146,10 @@ class Measured:
         m = self.metrics
         rows = [("", "max", "rms", "mean")]
         for label, name, unit in (
-            ("contour error", "contour_error", "m"), ("orientation error", "orientation_error", "rad"),
-            ("lag", "lag", "m"), ("tracking, worst joint", "tracking", "m"),
+            ("contour error", "contour_error", "m"),
+            ("orientation error", "orientation_error", "rad"),
+            ("lag", "lag", "m"),
+            ("tracking, worst joint", "tracking", "m"),
         ):
             if m.get(name):
                 rows.append((label, *(_show(m[name].get(what), unit) for what in ("max", "rms", "mean"))))
@@ -193,9 +200,17 @@ def measure(log) -> Measured:
     qd_r, qd = rates
     gathered = Accumulator(period)
     gathered.update(
-        contour_error=log["contour_error"], orientation_error=log["orientation_error"], lag=log["lag"],
-        counted=_row(log, "counted", line > 0), line=line, q_r=q_r, qd_r=qd_r, q=q, qd=qd,
-        u=_row(log, "u"), saturated=_row(log, "saturated"),
+        contour_error=log["contour_error"],
+        orientation_error=log["orientation_error"],
+        lag=log["lag"],
+        counted=_row(log, "counted", line > 0),
+        line=line,
+        q_r=q_r,
+        qd_r=qd_r,
+        q=q,
+        qd=qd,
+        u=_row(log, "u"),
+        saturated=_row(log, "saturated"),
     )
     return Measured(gathered.result())
 

@@ -59,9 +59,7 @@ def by_radius(start, end, radius, clockwise):
     """
     chord = math.dist(start, end)
     if chord == 0:
-        raise ProgramError(
-            "an arc with R cannot end where it starts", cure="write a full circle with I and J"
-        )
+        raise ProgramError("an arc with R cannot end where it starts", cure="write a full circle with I and J")
     if chord / 2 - abs(radius) > _SMALLEST:
         raise ProgramError(
             "the radius is too small to reach the end", value=_mm(abs(radius)), cure=f"at least {_mm(chord / 2)}"

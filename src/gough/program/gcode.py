@@ -159,8 +159,11 @@ class _Reader:
                 if group is None:
                     raise ProgramError("not in the subset", value=word.text, cure=self._cure(code))
                 if group in codes:
-                    raise ProgramError("two words of one kind in a block", value=f"{codes[group]} {code}",
-                                       cure="write them in two blocks")
+                    raise ProgramError(
+                        "two words of one kind in a block",
+                        value=f"{codes[group]} {code}",
+                        cure="write them in two blocks",
+                    )
                 codes[group] = code
                 continue
             if letter == "N":
@@ -171,8 +174,9 @@ class _Reader:
             elif letter not in _AXES + "IJRF":
                 raise ProgramError("not in the subset", value=word.text, cure=self._cure(letter))
             if letter in given:
-                raise ProgramError(f"{letter} twice in a block", value=f"{given[letter].text} {word.text}",
-                                   cure="write it once")
+                raise ProgramError(
+                    f"{letter} twice in a block", value=f"{given[letter].text} {word.text}", cure="write it once"
+                )
             given[letter] = word
         return codes, given
 
@@ -189,7 +193,8 @@ class _Reader:
         if unit != self.unit:
             self.feed, self.turn_feed = 1.0, 1.0
             raise ProgramError(
-                "F in the block that changes the unit can be read in either", value=f"{codes[_UNITS]} {word.text}",
+                "F in the block that changes the unit can be read in either",
+                value=f"{codes[_UNITS]} {word.text}",
                 cure=f"write {codes[_UNITS]} in a block before it",
             )
         self.feed, self.turn_feed = word.value * unit / 60, word.value * _DEGREE / 60
@@ -237,5 +242,3 @@ class _Reader:
         last = (*arc.end(start[:2], center, sweep), end[2])
         if math.dist(last, end[:3]) > 1e-9:
             yield Line(last, tuple(end[:3]))
-
-

@@ -94,7 +94,8 @@ class Path:
         wrong = np.flatnonzero(~(gap <= 1e-9 + 1e-12 * np.abs(last[:-1]).max(1)))  # rounding of long paths
         if len(wrong):
             raise ProgramError(
-                "a block must start where the last one ended", value=f"a gap of {gap[wrong[0]]:.3g} m",
+                "a block must start where the last one ended",
+                value=f"a gap of {gap[wrong[0]]:.3g} m",
                 line=self._line(wrong[0] + 1),
             )
         jump = np.abs(self.abc0[1:] - abc1[:-1]).max(1, initial=0.0)
@@ -148,8 +149,13 @@ class Path:
         arcs = self.batches[ARC]
         return [
             CircleOfPath(
-                number + 1, int(self.line[i]), arcs.center[a], float(arcs.radius[a]), arcs.normal[a],
-                float(self.feed[i]), bool(arcs.normal[a][2] > 0),
+                number + 1,
+                int(self.line[i]),
+                arcs.center[a],
+                float(arcs.radius[a]),
+                arcs.normal[a],
+                float(self.feed[i]),
+                bool(arcs.normal[a][2] > 0),
             )
             for number, i in enumerate(self._rounds)
             for a in [self.index[i]]
@@ -228,5 +234,3 @@ class Path:
         # the lengths are the program's: a rotation only rounds them
         moved.length, moved.s0 = self.length, self.s0
         return moved
-
-

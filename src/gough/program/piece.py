@@ -30,7 +30,9 @@ class CircleDiamondSquare(Program):
         touching = self.side / math.sqrt(8)
         if self.radius > touching:
             raise ExperimentError(
-                "the circle must fit into the diamond", key="radius", value=f"{self.radius:g} m",
+                "the circle must fit into the diamond",
+                key="radius",
+                value=f"{self.radius:g} m",
                 cure=f"at most {touching:.4g} m for this side",
             )
 

@@ -90,9 +90,7 @@ class Motion:
         axis = path.rotation(abc)[..., 2]
         q, qd, qdd = self.machine.joint_motion(x, xd, xdd)
         s = path.s0[i] + length
-        return Reference(
-            x, xd, xdd, q, qd, qdd, s[:, None], sd[:, None], tangent, normal, curvature[:, None], axis
-        )
+        return Reference(x, xd, xdd, q, qd, qdd, s[:, None], sd[:, None], tangent, normal, curvature[:, None], axis)
 
     def book(self, k0: int, k1: int, Ts: float) -> Book:
         """What the samples k0 ... k1 - 1 belong to."""

@@ -89,8 +89,11 @@ class Ellipse(Program):
         R = rotation_of_abc_np(self.plane)
         back = 1 if self.direction == "ccw" else -1
         curve = blocks.Ellipse(
-            tuple(self.center), tuple(self.first * R[:, 0]), tuple(back * self.second * R[:, 1]),
-            back * self.start, 2 * np.pi * self.turns,
+            tuple(self.center),
+            tuple(self.first * R[:, 0]),
+            tuple(back * self.second * R[:, 1]),
+            back * self.start,
+            2 * np.pi * self.turns,
         )
         return Path([Block(curve, tuple(self.abc), tuple(self.abc), self.feed)])
 

@@ -57,13 +57,20 @@ def contour(logs: list[Log], names: list[str]) -> dict[str, Any]:
         level = -(0.045 + 0.05 * i) * (top or 1.0)
         joints = [_joint(entry) for entry in found]
         glitch = [scale.times * float(entry.get("glitch") or 0.0) for entry in found]
-        marks.append({
-            "type": "scatter", "mode": "markers", "name": f"reversals, {escape(name)}", "showlegend": False,
-            "x": packed([entry["time"] for entry in found]), "y": packed([level] * len(found)),
-            "marker": {"symbol": "line-ns", "size": 6, "line": {"width": 1.2, "color": COLOURS[i % 6]}},
-            "customdata": packed(np.c_[joints, glitch].reshape(-1, 2)),
-            "hovertemplate": f"reversal of strut %{{customdata[0]:.0f}}, glitch %{{customdata[1]:.3g}} {scale.unit}",
-        })
+        marks.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": f"reversals, {escape(name)}",
+                "showlegend": False,
+                "x": packed([entry["time"] for entry in found]),
+                "y": packed([level] * len(found)),
+                "marker": {"symbol": "line-ns", "size": 6, "line": {"width": 1.2, "color": COLOURS[i % 6]}},
+                "customdata": packed(np.c_[joints, glitch].reshape(-1, 2)),
+                "hovertemplate": "reversal of strut %{customdata[0]:.0f}, "
+                f"glitch %{{customdata[1]:.3g}} {scale.unit}",
+            }
+        )
     layout = _layout("time [s]", f"contour error [{scale.unit}]", 400)
     layout["shapes"] = _bands(logs[0])
     layout["xaxis"] |= _extent(logs)
@@ -84,10 +91,17 @@ def path(log: Log, top: float, length: Any) -> dict[str, Any]:
     shown = scale.times * error[rows]
     order = np.argsort(shown, kind="stable")  # the largest errors on top, NaN last
     trace = {
-        "type": "scatter", "mode": "markers", "x": packed(xy[order, 0]), "y": packed(xy[order, 1]), "name": "",
+        "type": "scatter",
+        "mode": "markers",
+        "x": packed(xy[order, 0]),
+        "y": packed(xy[order, 1]),
+        "name": "",
         "marker": {
-            "color": packed(shown[order]), "colorscale": _SCALE, "cmin": 0,
-            "cmax": scale.times * top or 1.0, "size": 4.5,
+            "color": packed(shown[order]),
+            "colorscale": _SCALE,
+            "cmin": 0,
+            "cmax": scale.times * top or 1.0,
+            "size": 4.5,
             "colorbar": {"title": {"text": scale.unit}, "thickness": 10, "len": 0.8, "outlinewidth": 0},
         },
         "customdata": packed(np.c_[line, log.t[rows]][order]),
@@ -111,8 +125,13 @@ def circle(found: list[tuple[int, str, Circle]]) -> tuple[dict[str, Any], str]:
     for part in (-3, -2, -1, 1, 2, 3):
         data.append(_ring(ring * (1 + 0.1 * part), turn, GRID, 1))
         if part in (-3, 3):  # where the error hardly ever is
-            notes.append(_text(0.7071 * ring * (1 + 0.1 * part), 0.7071 * ring * (1 + 0.1 * part),
-                               f"{part * step * division.times:+.3g} {division.unit}"))
+            notes.append(
+                _text(
+                    0.7071 * ring * (1 + 0.1 * part),
+                    0.7071 * ring * (1 + 0.1 * part),
+                    f"{part * step * division.times:+.3g} {division.unit}",
+                )
+            )
     data.append(_ring(ring, turn, INK, 1.4) | {"name": "programmed circle", "showlegend": True})
     for i, name, c in found:
         scale = scale_for(c.error, "m")
@@ -144,8 +163,10 @@ def forces(log: Log) -> dict[str, Any]:
     for i in range(u.shape[1]):
         y = scale.times * u[:, i]
         rows = thin(y, LIMIT // 2)
-        data.append(_line(log.t[rows], y[rows], f"{i + 1}", COLOURS[i % 6], 1.0)
-                    | {"hovertemplate": f"strut {i + 1}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"})
+        data.append(
+            _line(log.t[rows], y[rows], f"{i + 1}", COLOURS[i % 6], 1.0)
+            | {"hovertemplate": f"strut {i + 1}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
+        )
     layout = _layout("time [s]", f"force [{scale.unit}]", 360) | {"shapes": _bands(log)}
     layout["legend"] |= {"title": {"text": "strut "}, "itemwidth": 30, "entrywidth": 16}
     layout["xaxis"] |= _extent([log])
@@ -209,19 +230,35 @@ def common_circles(logs: list[Log], names: list[str]) -> list[list[tuple[int, st
 
 
 def _line(x: np.ndarray, y: np.ndarray, name: str, colour: str, width: float) -> dict[str, Any]:
-    return {"type": "scatter", "mode": "lines", "x": packed(x), "y": packed(y), "name": escape(human(name)),
-            "line": {"color": colour, "width": width}}
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": packed(x),
+        "y": packed(y),
+        "name": escape(human(name)),
+        "line": {"color": colour, "width": width},
+    }
 
 
 def _ring(radius: float, turn: np.ndarray, colour: str, width: float) -> dict[str, Any]:
     return _line(radius * np.cos(turn), radius * np.sin(turn), "", colour, width) | {
-        "hoverinfo": "skip", "showlegend": False}
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
 
 
 def _space(points: np.ndarray, name: str, colour: str, width: float) -> dict[str, Any]:
     x, y, z = (packed(points[:, i]) for i in range(3))
-    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": escape(name),
-            "line": {"color": colour, "width": width}, "hoverinfo": "name"}
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "z": z,
+        "name": escape(name),
+        "line": {"color": colour, "width": width},
+        "hoverinfo": "name",
+    }
 
 
 def _text(x: float, y: float, text: str) -> dict[str, Any]:
@@ -229,13 +266,25 @@ def _text(x: float, y: float, text: str) -> dict[str, Any]:
 
 
 def _layout(x: str, y: str, height: int) -> dict[str, Any]:
-    axis = {"gridcolor": GRID, "zeroline": False, "linecolor": "#8a939c", "ticks": "outside", "ticklen": 4,
-            "tickcolor": "#c9d0d6", "color": "#4a545e"}
+    axis = {
+        "gridcolor": GRID,
+        "zeroline": False,
+        "linecolor": "#8a939c",
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": "#c9d0d6",
+        "color": "#4a545e",
+    }
     return {
-        "height": height, "font": _FONT, "paper_bgcolor": "#ffffff", "plot_bgcolor": "#ffffff",
-        "margin": {"l": 62, "r": 12, "t": 58, "b": 46}, "hovermode": "closest",
+        "height": height,
+        "font": _FONT,
+        "paper_bgcolor": "#ffffff",
+        "plot_bgcolor": "#ffffff",
+        "margin": {"l": 62, "r": 12, "t": 58, "b": 46},
+        "hovermode": "closest",
         "legend": {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "itemsizing": "constant"},
-        "xaxis": axis | {"title": {"text": x, "standoff": 8}}, "yaxis": axis | {"title": {"text": y, "standoff": 6}},
+        "xaxis": axis | {"title": {"text": x, "standoff": 8}},
+        "yaxis": axis | {"title": {"text": y, "standoff": 6}},
     }
 
 
@@ -248,8 +297,15 @@ def _bands(log: Log) -> list[dict[str, Any]]:
     """Grey where rows are not counted in the metrics."""
     if "counted" not in log:
         return []
-    look = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "fillcolor": "#f1f3f5", "line": {"width": 0},
-            "layer": "below"}
+    look = {
+        "type": "rect",
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "fillcolor": "#f1f3f5",
+        "line": {"width": 0},
+        "layer": "below",
+    }
     return [look | {"x0": start, "x1": end} for start, end in spans(log["counted"] == 0, log.t)[:200]]
 
 

@@ -57,8 +57,15 @@ def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
     for i, log in enumerate(logs):
         times = [entry["time"] for entry in reversals(log)]
         level = -(0.04 + 0.045 * i) * top
-        ax.plot(times, np.full(len(times), level), linestyle="", marker="|", markersize=4, markeredgewidth=0.8,
-                color=drawn[i].get_color())
+        ax.plot(
+            times,
+            np.full(len(times), level),
+            linestyle="",
+            marker="|",
+            markersize=4,
+            markeredgewidth=0.8,
+            color=drawn[i].get_color(),
+        )
     title = f"Contour error: {_whose(logs[0])}" if len(logs) == 1 else "Contour error"
     style.label(ax, title, "time [s]", f"contour error [{scale.unit}]")
     style.legend_above(ax)
@@ -129,14 +136,25 @@ def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None)
         r = ring * (1 + 0.1 * part)
         ax.plot(r * np.cos(turn), r * np.sin(turn), color="#e3e7eb", linewidth=0.7)
         if part in (-3, 3):  # where the error hardly ever is
-            ax.annotate(f"{part * division.times * step:+.3g} {division.unit}", (0.7071 * r, 0.7071 * r), fontsize=8,
-                        color="#5a646e", ha="center", va="center")
+            ax.annotate(
+                f"{part * division.times * step:+.3g} {division.unit}",
+                (0.7071 * r, 0.7071 * r),
+                fontsize=8,
+                color="#5a646e",
+                ha="center",
+                va="center",
+            )
     ax.plot(ring * np.cos(turn), ring * np.sin(turn), color=style.INK, linewidth=1.0, label="programmed circle")
     for i, (name, c) in enumerate(found):
         x, y = magnified(c, times)
         rows = thin(c.error)
-        ax.plot(length.times * x[rows], length.times * y[rows], label=style.verbatim(human(name)), linewidth=0.9,
-                color=style.COLOURS[i % len(style.COLOURS)])
+        ax.plot(
+            length.times * x[rows],
+            length.times * y[rows],
+            label=style.verbatim(human(name)),
+            linewidth=0.9,
+            color=style.COLOURS[i % len(style.COLOURS)],
+        )
     ax.set_aspect("equal", adjustable="datalim")
     text = f"Circle {number}: radial error × {times:g}, outside +"
     style.label(ax, text, f"{found[0][1].axes[0]} [{length.unit}]", f"{found[0][1].axes[1]} [{length.unit}]")
@@ -179,7 +197,10 @@ def save_all(logs: Log | Iterable[Log], folder: str | Path) -> list[Path]:
         drawn.append((f"circle_{number}", lambda number=number: circle(logs, number)))
     for log, name in zip(logs, labels(logs), strict=True):
         for figure, needed in (
-            (path, ("x", "contour_error")), (forces, ("u",)), (velocities, ("q",)), (tracking, ("q", "q_r")),
+            (path, ("x", "contour_error")),
+            (forces, ("u",)),
+            (velocities, ("q",)),
+            (tracking, ("q", "q_r")),
         ):
             if all(key in log for key in needed):
                 drawn.append((f"{figure.__name__}_{slug(name)}", lambda figure=figure, log=log: figure(log)))
@@ -243,8 +264,15 @@ def _failed(logs: list[Log], ax: Any) -> None:
     failed = [log for log in logs if log.failed]
     if failed:
         reason = failed[0].reason if len(failed[0].reason) < 90 else failed[0].reason[:87] + "..."
-        ax.text(0.01, 0.02, style.verbatim(f"FAILED: {reason}"), transform=ax.transAxes, color="#b00020",
-                fontsize=9, weight="bold")
+        ax.text(
+            0.01,
+            0.02,
+            style.verbatim(f"FAILED: {reason}"),
+            transform=ax.transAxes,
+            color="#b00020",
+            fontsize=9,
+            weight="bold",
+        )
 
 
 def _need(log: Log, *names: str) -> None:

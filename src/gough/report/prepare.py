@@ -174,8 +174,15 @@ def circles(log: Log) -> list[Circle]:
         r = p[rows] - np.asarray(entry["center"], float)
         angle = np.arctan2(r @ e2, r @ e1)
         out.append(
-            Circle(int(entry["id"]), int(entry.get("line") or 0), float(entry["radius"]), float(entry.get("feed") or 0),
-                   angle, log["radial_error"][rows], axes)
+            Circle(
+                int(entry["id"]),
+                int(entry.get("line") or 0),
+                float(entry["radius"]),
+                float(entry.get("feed") or 0),
+                angle,
+                log["radial_error"][rows],
+                axes,
+            )
         )
     return out
 

@@ -61,8 +61,11 @@ def _table(logs: list[Log]) -> str:
 
 
 def _path(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
-    shown = [(i, log, name) for i, (log, name) in enumerate(zip(logs, names, strict=True))
-             if len(log) and "x" in log and "contour_error" in log]
+    shown = [
+        (i, log, name)
+        for i, (log, name) in enumerate(zip(logs, names, strict=True))
+        if len(log) and "x" in log and "contour_error" in log
+    ]
     if not shown:
         return None
     top = max(_top(log) for _, log, _ in shown)
@@ -141,4 +144,3 @@ def _grid(boxes: list[str]) -> str:
 
 def _note(text: str) -> str:
     return f'<p class="note">{text}</p>'
-

@@ -64,8 +64,15 @@ def legend(ax: Any, **options: Any) -> None:
 def legend_above(ax: Any) -> None:
     """A legend in one row over the right end of the axes, where no line is."""
     ncols = max(1, len(ax.get_legend_handles_labels()[1]))
-    legend(ax, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=ncols, borderaxespad=0.2, handlelength=1.2,
-           columnspacing=1.2)
+    legend(
+        ax,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=ncols,
+        borderaxespad=0.2,
+        handlelength=1.2,
+        columnspacing=1.2,
+    )
 
 
 def verbatim(text: str) -> str:

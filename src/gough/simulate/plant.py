@@ -18,7 +18,9 @@ class Plant(Part):
     machine: Machine
     payload: float | None = quantity("kg", "point mass carried by the platform", default=None, above=0)
     payload_center: Array = quantity("m", "where the payload sits, in T", default=[0.0, 0.0, 0.0], shape=(3,))
-    wrench: Array = quantity("N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,))
+    wrench: Array = quantity(
+        "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
+    )
 
     @classmethod
     def of(cls, machine: Machine, changes: Mapping[str, Any]) -> Plant:

@@ -7,32 +7,27 @@ chunks Ctrl-C and progress have their turn.  A run that cannot go on keeps all i
 
 from __future__ import annotations
 
-import os
-import platform
 import time
 from collections.abc import Callable, Sequence
-from importlib import metadata
-from typing import Any
 
 import numpy as np
 from pydantic import Field
 
-from .. import __version__
 from .. import kernel as kernels
 from ..control.base import Controller
 from ..declare import Part, quantity
 from ..errors import DivergedError, ExperimentError, RunError, did_you_mean
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np
-from ..kernel.pack import fields, flatten
+from ..kernel.pack import fields
 from ..log import Log
-from ..log_build import VARIABLES, LogBuilder
+from ..log.build import VARIABLES, LogBuilder
 from ..machine.base import Machine
-from ..machine.workspace import check_poses, describe
+from ..machine.workspace import beyond, check_poses
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.base import Program
 from ..program.reference import Reference
-from . import stability, tick
+from . import provenance, stability, tick
 from .plant import Plant
 
 CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and calls cost nothing
@@ -42,7 +37,9 @@ class Run(Part):
     """How a simulation is computed: the [run] table of an experiment."""
 
     period: float = quantity("s", "sample period of the controllers", default=1e-3, above=0, at_most=1)
-    substeps: int | None = Field(None, ge=1, le=10_000, description="steps of the plant a period; chosen where left out")
+    substeps: int | None = Field(
+        None, ge=1, le=10_000, description="steps of the plant a period; chosen where left out"
+    )
     seed: int = Field(0, ge=0, lt=2**63, description="of the noise")
     log_every: int = Field(1, ge=1, description="the log keeps one of so many samples; metrics use all")
     signals: list[str] | None = Field(None, description="variables of the log; all where left out")
@@ -81,7 +78,13 @@ def simulate(
     RunError
         only with on_fail="raise".
     """
-    run = Run(period=period, substeps=substeps, seed=seed, log_every=log_every, signals=None if signals is None else list(signals))
+    run = Run(
+        period=period,
+        substeps=substeps,
+        seed=seed,
+        log_every=log_every,
+        signals=None if signals is None else list(signals),
+    )
     if on_fail not in ("return", "raise"):
         raise ExperimentError('on_fail must be "return" or "raise"', value=repr(on_fail))
     if isinstance(plant, Machine):
@@ -155,7 +158,7 @@ class _Job:
             return f"t = {(k + row) * self.run_part.period:.6g} s" + (f", NC line {line}" if line else "")
 
         try:
-            check_poses(self.believed, reference.x, place)
+            check_poses(self.believed, reference.x, place, thin=16)
         except RunError as error:
             return place.row, error
         return len(reference.x), None
@@ -183,7 +186,9 @@ class _Job:
     def _columns(self, k, part, reference, row, book, contour) -> dict[str, np.ndarray]:
         z = row["z"][part]
         x = np.concatenate([z[:, :3], abc_of_rotation_np(rotation_of_quaternion_np(z[:, 3:]))], -1)
-        x[:, 3:] += 2 * np.pi * np.round((reference.x[part][:, 3:] - x[:, 3:]) / (2 * np.pi))  # the turn nearest the reference
+        x[:, 3:] += (
+            2 * np.pi * np.round((reference.x[part][:, 3:] - x[:, 3:]) / (2 * np.pi))
+        )  # the turn nearest the reference
         found = {
             "t": (np.arange(k, k + len(row["z"]))[part]) * self.run_part.period,
             "x_r": reference.x[part], "x": x, "xd_r": reference.xd[part], "xd": row["v"][part],
@@ -210,25 +215,24 @@ class _Job:
         place = f"NC line {line}" if line else None
         if stop.reason == "not finite":
             return DivergedError(
-                f"{stop.signal} is no longer finite", where=place, key=stop.label, value=str(stop.value), time=stop.time,
+                f"{stop.signal} is no longer finite",
+                where=place,
+                key=stop.label,
+                value=str(stop.value),
+                time=stop.time,
                 cure="the loop is most likely unstable: lower the bandwidth or shorten the period",
-            )  # fmt: skip
-        z = self.simulation.state("z")[0]
-        x = np.concatenate([z[:3], abc_of_rotation_np(rotation_of_quaternion_np(z[3:]))])
-        try:
-            describe(self.true, stop.label, stop.index, x, place, stop.time)
-        except RunError as error:
-            return error
-        raise AssertionError("describe() raises")
+            )
+        return beyond(self.true, stop.index, stop.value, place, stop.time)
 
     def _log(self, ticks: int, wall: float, error: RunError | None) -> Log:
-        joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in self.kept[0]} if self.kept else {}
+        names = self.kept[0] if self.kept else ()
+        joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in names}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
             dim, units, meaning = self._told(name)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
-        return builder.build(self._info(ticks, wall), status, "" if error is None else str(error))
+        return builder.build(provenance.of(self, ticks, wall), status, "" if error is None else str(error))
 
     def _told(self, name: str) -> tuple:
         """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
@@ -236,31 +240,6 @@ class _Job:
             return ("joint",), "m", "deflection of the friction's bristles"
         told = self.law.states.get(name.removeprefix("controller."))
         return (None, "", "") if told is None else ((told[0],), told[1], told[2])
-
-    def _info(self, ticks: int, wall: float) -> dict[str, Any]:
-        law = self.law.to_file()
-        law.pop("machine", None)
-        return {
-            "version": __version__,
-            "versions": {name: metadata.version(name) for name in ("numpy", "casadi", "llvmlite", "xarray", "pydantic")}
-            | {"python": platform.python_version()},
-            "machine": self.believed.to_file(),
-            "machine_name": self.believed.name,
-            "controller": law,
-            "controller_kind": self.law.kind,
-            "program": self.program.to_file() | {"name": getattr(self.program, "name", None), "text": getattr(self.program, "text", None)},
-            "plant": self.plant.to_file(),
-            "run": self.run_part.to_file() | {"substeps": self.substeps, "spectral_radius": self.radius, "native": self.kernel.native},
-            "hashes": {"machine": self.believed.digest(), "controller": self.law.digest(), "program": self.program.digest(),
-                       "plant": self.plant.digest()},
-            "wall_time": wall,
-            "simulated_time": ticks * self.run_part.period,
-            "metrics": self.sums.result(),
-            "reversals": self.sums.reversals,
-            "circles": [circle.to_json() for circle in self.motion.path.circles],
-            "drawing": self.believed.drawing(self.believed.home),
-            "processor": _processor(),
-        }  # fmt: skip
 
 
 def _chosen(signals) -> set[str] | None:
@@ -270,12 +249,3 @@ def _chosen(signals) -> set[str] | None:
     if wrong:
         raise ExperimentError(f"no signal {wrong[0]!r}", key="run.signals", cure=did_you_mean(wrong[0], VARIABLES))
     return set(signals)
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
-            names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
-        return f"{names[0]}, {os.cpu_count()} threads"
-    except (OSError, IndexError):
-        return platform.machine()

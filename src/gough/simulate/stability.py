@@ -3,8 +3,8 @@
 The plant's fastest pole is that of its linearisation at home, A = d(z', v')/d(z, v), friction at its steepest: tanh at
 v = 0, bristles with their memory held at v = 0.  RK4 is stable on the real axis for |pole| h < 2.785.
 
-A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without friction and
-quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
+A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without
+friction and quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ def fastest_pole(machine) -> float:
     n = machine.joints_count
     memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
     u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
-    A = _linearised(Shape(machine))(machine.theta, _home(machine), np.zeros(len(machine.velocities)), np.zeros(memory), u0)
+    A = _linearised(Shape(machine))(
+        machine.theta, _home(machine), np.zeros(len(machine.velocities)), np.zeros(memory), u0
+    )
     return float(np.abs(np.linalg.eigvals(np.array(A))).max())
 
 
@@ -69,13 +71,13 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
             key="run.substeps",
             value=f"pole x step = {pole * h:.3g}",
             limit=f"{RK4_REAL}",
-            cure=f"give at least {least}, or leave it out for {needed}; friction.smoothing or friction.damping sets the pole",
+            cure=f"give at least {least}, or leave it out for {needed}; friction.smoothing and .damping set the pole",
         )
     return given
 
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
-    """Of the linearised closed loop at home and rest, per sample of the law.  `law` bound to machine and period by `on`."""
+    """Of the linearised closed loop at home and rest, per sample of the law, which is bound by `law.on`."""
     quiet = machine.replace(friction=None, drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None))
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
@@ -98,13 +100,16 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
     cut = np.cumsum(sizes)[:-1]
     scale = 1e-6 * np.maximum(np.abs(x0), 1e-2)
     columns = [
-        np.array(step(*np.split(x0 + d, cut)) - step(*np.split(x0 - d, cut))).ravel() / (2 * d.max()) for d in np.diag(scale)
+        np.array(step(*np.split(x0 + d, cut)) - step(*np.split(x0 - d, cut))).ravel() / (2 * d.max())
+        for d in np.diag(scale)
     ]
     return float(np.abs(np.linalg.eigvals(np.stack(columns, -1))).max())
 
 
 def check_loop(machine, law, period: float, substeps: int, strict: bool = False) -> float | None:
-    """Warn (`strict`: refuse) when law and period do not go together on this machine.  The spectral radius; None for a law in plain NumPy.
+    """Warn (`strict`: refuse) when law and period do not go together on this machine.
+
+    The spectral radius a sample of the law; None for a law in plain NumPy.
 
     Raises
     ------

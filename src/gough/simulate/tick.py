@@ -7,7 +7,8 @@
               mechanics with the memory held, half a step of the memory (Strang); then the quaternion is normalised
     limits    stroke, cones, det J
 
-The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact (mechanics/friction.py).
+The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact
+(mechanics/friction.py).
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ from ..machine.base import Machine
 from ..mechanics.linear import solve_spd
 from ..program.reference import Reference
 from .drive import drive, encoder
-
 
 LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 
@@ -61,7 +61,9 @@ class _Template:
 
 
 @lru_cache(maxsize=64)
-def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int, every: int) -> Schedule:
+def _built(
+    machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int, every: int
+) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
     memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
@@ -80,7 +82,9 @@ def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, p
         Signal("u", n, "state", machine.joint_names),
         Signal("waiting", n, "state", machine.joint_names),
         *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "saturated")),
-        Signal("u_c", n, "wire" if every == 1 else "state", machine.joint_names),  # kept between the ticks of a slower law
+        Signal(
+            "u_c", n, "wire" if every == 1 else "state", machine.joint_names
+        ),  # kept between the ticks of a slower law
         *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
         *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
     ]
@@ -89,9 +93,19 @@ def _built(machine: Shape, law: Shape, state: _Template, reference: _Template, p
     limit_names, limits = _limits(machine)
     signals.append(Signal("limits", len(limit_names), "wire", limit_names))
     tasks = (
-        Task("sense", _sense(machine, memory, noisy), ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
-             ("q", "qd", "q_m", "friction")),
-        Task("control", _control(law, state, reference, n), ("theta_law", "law", "reference", "q_m", "u"), ("u_c", "law"), every),
+        Task(
+            "sense",
+            _sense(machine, memory, noisy),
+            ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
+            ("q", "qd", "q_m", "friction"),
+        ),
+        Task(
+            "control",
+            _control(law, state, reference, n),
+            ("theta_law", "law", "reference", "q_m", "u"),
+            ("u_c", "law"),
+            every,
+        ),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
     return Schedule(
@@ -117,7 +131,18 @@ def rest_row(machine: Machine, x: np.ndarray) -> Reference:
     axis = rotation_of_abc_np(machine.tool_pose(x)[3:])[:, 2]
     zero = np.zeros
     return Reference(
-        x, zero(d), zero(d), machine.inverse_kinematics(x), zero(n), zero(n), zero(1), zero(1), zero(3), zero(3), zero(1), axis
+        x,
+        zero(d),
+        zero(d),
+        machine.inverse_kinematics(x),
+        zero(n),
+        zero(n),
+        zero(1),
+        zero(1),
+        zero(3),
+        zero(3),
+        zero(1),
+        axis,
     )
 
 
@@ -185,7 +210,9 @@ def _substep(machine, memory, h):
     u, w = ca.SX.sym("u", machine.joints_count), ca.SX.sym("w", 6)
     dynamics = ca.Function("rate", [theta, z, v, mem, u, w], list(rate(machine, p, z, v, mem, u, w)))
     zd, vd = ca.SX.sym("zd", z.shape), ca.SX.sym("vd", v.shape)
-    half, full = (ca.Function(name, [z, v, zd, vd], [z + c * zd, v + c * vd]) for name, c in (("half", h / 2), ("full", h)))
+    half, full = (
+        ca.Function(name, [z, v, zd, vd], [z + c * zd, v + c * vd]) for name, c in (("half", h / 2), ("full", h))
+    )
     slopes = [ca.SX.sym(f"{name}{i}", y.shape) for i in range(4) for name, y in (("zd", z), ("vd", v))]
     z_next, v_next = (y + h / 6 * (a + 2 * b + 2 * c + d) for y, (a, b, c, d) in ((z, slopes[::2]), (v, slopes[1::2])))
     finish = ca.Function("finish", [z, v, *slopes], [machine.normalised(z_next), v_next])
@@ -196,10 +223,15 @@ def _substep(machine, memory, h):
         if step is not None:
             stages.append(Task(f"stage {i + 1}", step, ("z", "v", f"zd{i}", f"vd{i}"), at))
         stages.append(Task(f"rate {i + 1}", dynamics, ("theta_plant", *at, *given), (f"zd{i + 1}", f"vd{i + 1}")))
-    stages.append(Task("finish", finish, ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")), ("z", "v")))
+    stages.append(
+        Task("finish", finish, ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")), ("z", "v"))
+    )
     if memory:
         qd = machine.jacobian_of(p, z) @ v
         advance = ca.Function("memory", [theta, z, v, mem], [machine.friction.advance(p.friction, qd, mem, h / 2)])
-        before, after = (Task(f"memory {when}", advance, ("theta_plant", "z", "v", "memory"), ("memory",)) for when in ("before", "after"))
+        before, after = (
+            Task(f"memory {when}", advance, ("theta_plant", "z", "v", "memory"), ("memory",))
+            for when in ("before", "after")
+        )
         stages = [before, *stages, after]
     return tuple(stages)

@@ -4,7 +4,7 @@
     log.info                  what made it          log.metrics     the numbers over every sample
     log.save(path)            Log.load(path)        log.to_csv(path)    log.plot.contour()
 
-Variables, dimensions and units: log_build.VARIABLES.
+Variables, dimensions and units: log/build.py.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from . import log_export, log_file, log_text
-from .errors import LogError, did_you_mean
-from .log_build import DIMENSIONS, LogBuilder
+from ..errors import LogError, did_you_mean
+from . import export, file, text
+from .build import DIMENSIONS, LogBuilder
 
 
 class Log:
@@ -139,7 +139,7 @@ class Log:
         StorageError
             the file could not be written; an old one of that name is intact.
         """
-        return log_file.save(self.dataset, path)
+        return file.save(self.dataset, path)
 
     @classmethod
     def load(cls, path: str | Path) -> Log:
@@ -150,27 +150,27 @@ class Log:
         LogError
             not there, no log of gough, truncated, damaged, or of another schema.
         """
-        return cls(log_file.load(path))
+        return cls(file.load(path))
 
     def to_csv(self, path: str | Path) -> Path:
-        """Write a comment line, a header with units, and one line a row; see `log_export.to_csv`."""
-        return log_export.to_csv(self, path)
+        """Write a comment line, a header with units, and one line a row; see `export.to_csv`."""
+        return export.to_csv(self, path)
 
     def to_mat(self, path: str | Path) -> Path:
-        """Write a MATLAB 5 file; see `log_export.to_mat`."""
-        return log_export.to_mat(self, path)
+        """Write a MATLAB 5 file; see `export.to_mat`."""
+        return export.to_mat(self, path)
 
     def to_parquet(self, path: str | Path) -> Path:
-        """Write Parquet, which needs pyarrow; see `log_export.to_parquet`."""
-        return log_export.to_parquet(self, path)
+        """Write Parquet, which needs pyarrow; see `export.to_parquet`."""
+        return export.to_parquet(self, path)
 
     # -- to the eye -----------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
-        return log_text.text(self)
+        return text.text(self)
 
     def _repr_html_(self) -> str:
-        return log_text.html(self)
+        return text.html(self)
 
     @property
     def plot(self) -> Plot:
@@ -185,7 +185,7 @@ class Plot:
         self._log = log
 
     def _draw(self, name: str, *args: Any, **options: Any) -> Any:
-        from .report import figures  # matplotlib only when something is drawn
+        from ..report import figures  # matplotlib only when something is drawn
 
         return getattr(figures, name)(self._log, *args, **options)
 

@@ -16,9 +16,9 @@ import h5netcdf  # noqa: F401  the engine of xarray used here: fail at import, n
 import xarray as xr
 from xarray.backends import H5NetCDFStore
 
-from .errors import LogError
-from .files import write_atomic
-from .log_build import SCHEMA
+from ..errors import LogError
+from ..files import write_atomic
+from .build import SCHEMA
 
 _MAGIC = b"GOUGHLOG"
 _FOOTER = len(_MAGIC) + 8 + 32
@@ -96,8 +96,13 @@ def _check_whole(path: Path, place: dict) -> None:
         _explain_missing_footer(path, place)
     length = int.from_bytes(footer[len(_MAGIC) : len(_MAGIC) + 8], "little")
     if length != size - _FOOTER:
-        raise LogError("is damaged: its length is not what was written", value=f"{size - _FOOTER} bytes",
-                       limit=f"{length}", cure=_REDO, **place)
+        raise LogError(
+            "is damaged: its length is not what was written",
+            value=f"{size - _FOOTER} bytes",
+            limit=f"{length}",
+            cure=_REDO,
+            **place,
+        )
     if _digest(path, length) != footer[len(_MAGIC) + 8 :]:
         raise LogError("is damaged: its checksum is wrong", cure=_REDO, **place)
 
@@ -121,8 +126,9 @@ def _check_schema(dataset: xr.Dataset, place: dict) -> None:
         raise LogError("is NetCDF, but not a log of gough", cure="give a file that log.save() wrote", **place)
     if schema != SCHEMA:
         cure = "update gough (pip install -U gough), or run the experiment again with this one"
-        raise LogError("is written in another schema", key="schema", value=repr(str(schema)), limit=SCHEMA, cure=cure,
-                       **place)
+        raise LogError(
+            "is written in another schema", key="schema", value=repr(str(schema)), limit=SCHEMA, cure=cure, **place
+        )
 
 
 def _digest(path: Path, length: int) -> bytes:

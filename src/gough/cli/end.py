@@ -13,8 +13,8 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from .errors import ExperimentError, GoughError
-from .names import printable
+from ..errors import ExperimentError, GoughError
+from ..names import printable
 
 INTERRUPTED = 130
 MOST_LINES = 100

@@ -5,8 +5,8 @@
     gough report LOG...  the report of logs that are there
     gough machines, show, new
 
-Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in cli_run,
-cli_check, cli_show; they are imported when they are called, so that `gough --help` stays quick.
+Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
+check, show, new; they are imported when they are called, so that `gough --help` stays quick.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import Annotated
 
 import typer
 
-from . import __version__
-from .cli_end import Interrupted, Outcome, finish
+from .. import __version__
+from .end import Interrupted, Outcome, finish
 
 app = typer.Typer(
     name="gough",
@@ -79,7 +79,7 @@ def run(
     """Run an experiment; write its logs, plots and report."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_run import run_file
+        from .run import run_file
 
         run_file(file, machine, controller or (), seed, out, force, quiet or json, strict, outcome)
 
@@ -97,7 +97,7 @@ def check(
     """Find every mistake of a file, without running it."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_check import check_file
+        from .check import check_file
 
         check_file(file, machine, quiet, outcome)
 
@@ -116,7 +116,7 @@ def report(
     """Write the report of logs that are there."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_run import report_logs
+        from .run import report_logs
 
         report_logs(logs, out, force, quiet or json, outcome)
 
@@ -128,7 +128,7 @@ def machines(json: Json = False, debug: Debug = False) -> int:
     """List the machines of the library."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_show import list_machines
+        from .show import list_machines
 
         list_machines(outcome)
 
@@ -144,7 +144,7 @@ def show(
     """Show a machine: every number with its unit, meaning and source."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_show import show_machine
+        from .show import show_machine
 
         show_machine(machine, outcome)
 
@@ -162,7 +162,7 @@ def new(
     """Write a commented file to start from."""
 
     def work(outcome: Outcome) -> None:
-        from .cli_new import write_template
+        from .new import write_template
 
         write_template(what, out, force, outcome)
 

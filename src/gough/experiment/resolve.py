@@ -11,11 +11,11 @@ from typing import Any
 
 import tomli_w
 
-from . import __version__
+from .. import __version__
+from ..files import LARGEST_TOML, read_text
+from ..machine import sheet
+from ..names import slug
 from .experiment import SCHEMA, Experiment
-from .files import LARGEST_TOML, read_text
-from .machine import sheet
-from .names import slug
 
 NAME = "experiment.toml"
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .cli_end import Outcome
-from .errors import SheetError
-from .files import Document, read_toml
-from .machine.sheet import find, library, machine_of, source_of
-from .units import show
+from ..errors import SheetError
+from ..files import Document, read_toml
+from ..machine.sheet import find, library, machine_of, source_of
+from ..units import show
+from .end import Outcome
 
 if TYPE_CHECKING:
-    from .declare import Part
+    from ..declare import Part
 
 
 def list_machines(outcome: Outcome) -> None:
@@ -60,7 +60,7 @@ def show_machine(name: str, outcome: Outcome) -> None:
 
 def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, Any, str, str]]:
     """(dotted key of the sheet, value, unit, meaning) of every number of a part, in the order of declaration."""
-    from .declare import Part
+    from ..declare import Part
 
     out = []
     specs = part.specs()

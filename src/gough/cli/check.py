@@ -6,11 +6,11 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from .cli_end import Outcome, show_warning
-from .errors import ExperimentError, InputError, SheetError
-from .experiment import SUFFIXES, Experiment, experiment_of, load_experiment
-from .files import Document, read_toml
-from .machine import sheet
+from ..errors import ExperimentError, InputError, SheetError
+from ..experiment import SUFFIXES, Experiment, experiment_of, load_experiment
+from ..files import Document, read_toml
+from ..machine import sheet
+from .end import Outcome, show_warning
 
 
 def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -> None:
@@ -43,7 +43,7 @@ _UNITS = {"duration": "s", "length": "m"}
 
 
 def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
-    from .program import load_program
+    from ..program import load_program
 
     program = load_program(file)
     if machine is None:
@@ -78,7 +78,7 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
 
 def _check_loops(experiment: Experiment) -> None:
     """Warn where a controller and the period do not go together; refuse sub-steps that cannot be stable."""
-    from .simulate.stability import check_loop, choose_substeps
+    from ..simulate.stability import check_loop, choose_substeps
 
     run, true = experiment.run, experiment.plant.true_machine if experiment.plant else experiment.machine
     for i, controller in enumerate(experiment.controllers):

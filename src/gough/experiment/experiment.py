@@ -17,17 +17,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import experiment_parts as parts
-from .errors import ExperimentError, InputError, Problem, did_you_mean
-from .experiment_parts import Controller
-from .files import Document, read_toml
+from ..errors import ExperimentError, InputError, Problem, did_you_mean
+from ..files import Document, read_toml
+from ..machine import sheet
+from ..names import slug
+from . import parts
 from .laws import START
-from .machine import sheet
-from .names import slug
+from .parts import Controller
 
 if TYPE_CHECKING:
-    from .machine.base import Machine
-    from .simulate.run import Run
+    from ..machine.base import Machine
+    from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
 TABLES = ("machine", "plant", "program", "controller", "run", "sweep")

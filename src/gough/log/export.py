@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import LogError
-from .files import write_atomic
-from .log_text import title
+from ..errors import LogError
+from ..files import write_atomic
+from .text import title
 
 if TYPE_CHECKING:
     from .log import Log

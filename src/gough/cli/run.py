@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from .cli_end import Outcome, show_warning
-from .cli_progress import Shown
-from .errors import InputError, RunError
-from .experiment import Experiment, load_experiment
-from .files import write_atomic
-from .names import slug
-from .resolve import resolved
-from .results import results_folder
+from ..errors import InputError, RunError
+from ..experiment import Experiment, load_experiment
+from ..experiment.resolve import resolved
+from ..files import write_atomic
+from ..names import slug
+from ..results import results_folder
+from .end import Outcome, show_warning
+from .progress import Shown
 from .together import together
 
 
@@ -64,7 +64,7 @@ def run_file(
 
 def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: bool, outcome: Outcome) -> None:
     """Write the report of logs that are there; default beside the first."""
-    from .log import Log
+    from ..log import Log
 
     logs = [Log.load(path) for path in paths]
     target = out or Path("results") / slug("-".join(path.stem for path in paths))
@@ -82,7 +82,7 @@ def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: boo
 
 def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Any]:
     """A Log for each controller, or the RunError that left none."""
-    from .simulate.run import simulate
+    from ..simulate.run import simulate
 
     run = experiment.run
     options = {name: getattr(run, name) for name in type(run).model_fields}
@@ -119,7 +119,7 @@ def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Any]:
 
 def _page(logs: list, folder: Path, files: dict[str, str] | None = None) -> str:
     """Write figures and page; the name of the page."""
-    from .report import report
+    from ..report import report
 
     return report(logs, folder, files).name
 
@@ -145,7 +145,7 @@ def _three(errors: Any) -> dict[str, Any] | None:
 
 def _table(logs: list) -> str:
     """The table of a report as text: labels to the left, one column a log, the best of each line marked."""
-    from .report.table import heads, report_table
+    from ..report.table import heads, report_table
 
     rows = report_table(logs)
     cells = [["", *heads(logs)]]

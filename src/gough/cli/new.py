@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .cli_end import Outcome
-from .errors import ExperimentError, did_you_mean
-from .files import write_atomic
+from ..errors import ExperimentError, did_you_mean
+from ..files import write_atomic
+from .end import Outcome
 
 MACHINE = """\
 # A hexapod of one's own: six struts between a base and a platform that carries the tool.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import UnitError
-from .units import show, to_si
+from ..errors import UnitError
+from ..units import show, to_si
 
 if TYPE_CHECKING:
     from .log import Log

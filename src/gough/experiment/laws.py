@@ -10,7 +10,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from .errors import ExperimentError, did_you_mean
+from ..errors import ExperimentError, did_you_mean
 
 GROUP = "gough.controllers"
 OWN = {"pid": "gough.control.pid:PID", "computed_torque": "gough.control.computed_torque:ComputedTorque"}

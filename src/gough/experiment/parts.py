@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .errors import ExperimentError, InputError, Problem, did_you_mean, nearest
+from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
+from ..machine import sheet
 from .laws import law_class, laws
-from .machine import sheet
 
 if TYPE_CHECKING:
-    from .machine.base import Machine
-    from .simulate.run import Run
+    from ..machine.base import Machine
+    from ..simulate.run import Run
 
 
 class Controller(NamedTuple):
@@ -74,7 +74,7 @@ def believed(table: Mapping[str, Any], machine: Machine) -> Machine:
 
 
 def plant_of(table: Mapping[str, Any], machine: Machine) -> Any:
-    from .simulate.plant import Plant
+    from ..simulate.plant import Plant
 
     own = [name for name in Plant.model_fields if name != "machine"]
     theirs = {key: raw for key, raw in table.items() if key.partition(".")[0] not in own}
@@ -97,14 +97,14 @@ def plant_of(table: Mapping[str, Any], machine: Machine) -> Any:
 
 
 def program_of(table: Mapping[str, Any], folder: Path) -> Any:
-    from .program import program_from_table
+    from ..program import program_from_table
 
     return program_from_table(dict(table), folder)
 
 
 def run_of(table: Mapping[str, Any]) -> Run:
-    from .log_build import VARIABLES
-    from .simulate.run import Run
+    from ..log.build import VARIABLES
+    from ..simulate.run import Run
 
     problems: list[Problem] = []
     try:

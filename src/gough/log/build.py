@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .errors import LogError, did_you_mean
+from ..errors import LogError, did_you_mean
 
 if TYPE_CHECKING:
     from .log import Log
@@ -140,7 +140,9 @@ class LogBuilder:
         match = _STATE.fullmatch(name)
         if not match:
             raise LogError(
-                "no such variable", key=name, cure=f"{did_you_mean(name, VARIABLES)} States are named owner.name, "
+                "no such variable",
+                key=name,
+                cure=f"{did_you_mean(name, VARIABLES)} States are named owner.name, "
                 f"the owner one of {', '.join(OWNERS)}",
             )
         size = values.shape[1 if self.runs is None else 2 :]

@@ -1,0 +1,5 @@
+"""Experiment files: TOML to checked parts, every mistake at once, and back to a file that repeats the run."""
+
+from .experiment import SCHEMA, SUFFIXES, Experiment, experiment_of, load_experiment
+
+__all__ = ["SCHEMA", "SUFFIXES", "Experiment", "experiment_of", "load_experiment"]
