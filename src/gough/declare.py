@@ -16,6 +16,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import math
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -168,6 +169,10 @@ class Part(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             raise self.input_error(problems=problems(error, type(self))) from None
+        for name in self.specs():  # pydantic copies a default, and the copy may be written to
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
     @classmethod
     def from_file(cls, data: Mapping[str, Any]) -> Part:
@@ -428,26 +433,53 @@ def _view(part: Part, theta: Any, start: int) -> tuple[View, int]:
     return View(part, values), start
 
 
+# pydantic's kinds of error in the words of this house
+_RULES = {
+    "model_type": "must be a table",
+    "dict_type": "must be a table",
+    "string_type": "must be a text",
+    "string_too_long": "is too long a name",
+    "string_pattern_mismatch": "must be of letters, digits and . _ -, letters or digits first",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "list_type": "must be a list",
+    "is_instance_of": "must be a table",
+    "literal_error": "is none of the words allowed here",
+    "greater_than": "must be above {gt}",
+    "greater_than_equal": "must be at least {ge}",
+    "less_than": "must be below {lt}",
+    "less_than_equal": "must be at most {le}",
+}
+
+
 def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
     """What pydantic found, as problems with dotted keys and the nearest right key."""
-    out = []
+    out: list[Problem] = []
     for item in error.errors():
-        key = ".".join(str(part) for part in item["loc"]) or None
+        path = _path(item["loc"])
+        key = ".".join(map(str, path)) or None
         inner = item.get("ctx", {}).get("error")
         if isinstance(inner, InputError):
-            for p in inner.problems:
-                out.append(_under(p, key) if key else p)
+            found = [_under(p, key) if key else p for p in inner.problems]
         elif item["type"] == "missing":
-            spec = _spec_at(kind, item["loc"])
-            out.append(Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None))
+            spec = _spec_at(kind, path)
+            found = [Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None)]
         elif item["type"] == "extra_forbidden":
-            fields = _fields_at(kind, item["loc"][:-1])
-            out.append(Problem("no such key", key=key, cure=did_you_mean(str(item["loc"][-1]), fields)))
-        elif inner is not None:
-            out.append(Problem(str(inner), key=key))
+            found = [Problem("no such key", key=key, cure=did_you_mean(str(path[-1]), _fields_at(kind, path[:-1])))]
         else:
-            out.append(Problem(item["msg"], key=key, value=_brief(item.get("input"))))
+            told = item.get("ctx", {})
+            rule = (_RULES.get(item["type"]) or item["msg"][:1].lower() + item["msg"][1:]).format(**told)
+            allowed = told.get("expected")
+            found = [Problem(rule, key=key, value=_brief(item.get("input")), cure=f"write {allowed}" if allowed else None)]
+        out += [p for p in found if p not in out]  # the branches of a union say the same twice
     return out
+
+
+def _path(loc: tuple) -> tuple:
+    """The keys of a pydantic location: what names a branch of a union or a validator is no key, but may not be last."""
+    inner = (step for step in loc[:-1] if isinstance(step, int) or re.fullmatch(r"[a-z_][a-z0-9_]*", str(step)))
+    return (*inner, *(step for step in loc[-1:] if "function-" not in str(step)))
 
 
 def _under(problem: Problem, key: str) -> Problem:
@@ -500,7 +532,10 @@ def _numbers(raw: Any) -> Any:
         return raw
     if isinstance(raw, bool) or not isinstance(raw, int | float | np.integer | np.floating):
         raise InputError("must be a number", value=_brief(raw))
-    return float(raw) if abs(raw) < 1e300 or not math.isfinite(raw) else math.inf
+    try:
+        return float(raw)
+    except OverflowError:  # an integer beyond any float
+        return math.inf
 
 
 def _text(raw: Any) -> str:
