@@ -471,7 +471,9 @@ def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
             told = item.get("ctx", {})
             rule = (_RULES.get(item["type"]) or item["msg"][:1].lower() + item["msg"][1:]).format(**told)
             allowed = told.get("expected")
-            found = [Problem(rule, key=key, value=_brief(item.get("input")), cure=f"write {allowed}" if allowed else None)]
+            found = [
+                Problem(rule, key=key, value=_brief(item.get("input")), cure=f"write {allowed}" if allowed else None)
+            ]
         out += [p for p in found if p not in out]  # the branches of a union say the same twice
     return out
 

@@ -1,5 +1,6 @@
 """The NC subset: what programs do, and every error with its text."""
 
+import math
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -140,8 +141,7 @@ ERRORS = [
     ("G0 X10 R5", "1: R belongs to an arc, got R5; write G2 or G3"),
     ("G2 X10 F100", "1: an arc without a centre; write I and J, or R"),
     ("G2 F100", "1: an arc without an end; write X and Y, and I and J or R"),
-    ("G2 I10 F100", "1: an arc without an end; write X or Y; for a full circle those of its start"),
-    ("G2 Z5 I10 F100", "1: an arc without an end; write X or Y; for a full circle those of its start"),
+    ("G2 Z5 R10 F100", "1: an arc without an end; write X or Y"),
     ("G2 X10 I5 R5 F100", "1: an arc has R, or I and J, not both, got R5; remove one"),
     ("G2 X10 I0 J0 F100", "1: an arc of radius zero, got 0.0000 mm; check I and J"),
     ("G2 X5 I5 F100", "1: an arc of radius zero, got 0.0000 mm; check I and J"),
@@ -348,3 +348,12 @@ def test_equal_programs_are_equal_and_hash_alike():
     assert a == b
     assert a.digest() == b.digest()
     assert a != NCProgram(text="G0 X2\nM2")
+
+
+def test_an_arc_with_a_centre_only_is_a_full_circle():
+    """As LinuxCNC reads it: G2 I10 comes back to its start, G2 Z5 I10 to above it."""
+    flat, rising = read_gcode("G2 I10 F100\nG2 Z5 I10\nM2\n")
+    for block, height in ((flat, 0.0), (rising, 5e-3)):
+        assert block.segment.sweep == pytest.approx(-2 * math.pi, abs=1e-12)
+        np.testing.assert_allclose(block.segment.center, (0.01, 0, 0), atol=1e-15)
+        assert block.segment.rise == pytest.approx(height, abs=1e-15)

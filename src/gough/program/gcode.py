@@ -3,7 +3,8 @@
     G0                     rapid, a straight line in X Y Z A B C together
     G1                     line at the feed F
     G2 G3                  arc or helix in the XY plane, clockwise or counter-clockwise seen from +Z, with I J or R;
-                           an arc that ends where it starts is a full circle; Z, A, B, C change in proportion
+                           an arc that ends where it starts, or has I J only, is a full circle; Z, A, B, C change in
+                           proportion
     G17                    the XY plane, the only one
     G20 G21                inch, mm                                                  at the start: G21
     G90 G91                end points absolute, or counted from the last point       at the start: G90
@@ -230,8 +231,8 @@ class _Reader:
         offset = [given[letter].value * self.unit if letter in given else 0.0 for letter in "IJ"]
         if "R" in given and ("I" in given or "J" in given):
             raise ProgramError("an arc has R, or I and J, not both", value=given["R"].text, cure="remove one")
-        if not ("X" in axes or "Y" in axes):
-            raise ProgramError("an arc without an end", cure="write X or Y; for a full circle those of its start")
+        if not ("X" in axes or "Y" in axes or "I" in given or "J" in given):
+            raise ProgramError("an arc without an end", cure="write X or Y")
         if "R" in given:
             center, sweep = arc.by_radius(start[:2], end[:2], given["R"].value * self.unit, clockwise)
         elif "I" in given or "J" in given:
