@@ -24,7 +24,7 @@ def test_k1_a_pose_beyond_the_stroke_names_strut_value_limit_and_place(nist):
     q = nist.inverse_kinematics(x[1]).max()
     (problem,) = caught.value.problems
     assert problem.rule == "strut 1: too long" and problem.where == "t = 0.5 s, NC line 12"
-    assert problem.value == f"{q:.6g} m" and problem.limit == "1.9 m" and "move the program" in problem.cure
+    assert problem.value == f"{q:.6g} m" and problem.limit == "1.9 m" and "move the work" in problem.cure
     assert caught.value.exit_status == 1
 
 
@@ -35,7 +35,9 @@ def test_k1_a_strut_too_short_is_named_too(nist):
 
 def test_k1_a_joint_beyond_its_cone_is_named(okuma):
     m = okuma.replace(**{"limits.length": [0.1, 3.0]})
-    with pytest.raises(WorkspaceError, match=r"strut \d: platform joint beyond its cone \(limit 45 deg\)"):
+    with pytest.raises(
+        WorkspaceError, match=r"strut \d: platform joint beyond its cone, got 51\.8 deg \(limit 45 deg\)"
+    ):
         check_poses(m, m.home + [0, 0, 0, 0, 0, np.radians(70)])
 
 
@@ -97,7 +99,7 @@ def test_k1_a_workspace_no_pose_of_which_is_reachable_is_said_not_searched_for_e
 FICHTER = [0, 0, 0, 0, 0, np.pi / 2]  # a platform turned by 90 deg about its axis loses a freedom
 
 
-def test_k2_near_a_singularity_a_pose_is_refused_with_both_figures(library_machine):
+def test_k2_near_a_singularity_a_pose_is_refused_by_its_condition_number(library_machine):
     m = wide(library_machine)
     x = m.home + [0, 0, 0, 0, 0, np.radians(89)]
     kappa = condition(m, m.jacobian(x))
@@ -105,7 +107,8 @@ def test_k2_near_a_singularity_a_pose_is_refused_with_both_figures(library_machi
         m.jacobian(m.home)
     )
     with pytest.raises(
-        SingularityError, match=rf"near a singularity.*condition number {kappa:.3g} \(limit 0.001, condition 100\)"
+        SingularityError,
+        match=rf"near a singularity: condition number of J, got {kappa:.3g} \(limit 100\); move the work",
     ):
         check_poses(m, x)
     check_poses(m, m.home + [0, 0, 0, 0, 0, np.radians(60)])
@@ -127,7 +130,7 @@ def test_k3_at_the_singular_pose_no_force_is_given(library_machine):
     for call in (m.inverse_dynamics, m.regressor):
         with pytest.raises(SingularityError, match="the joints do not hold the platform here"):
             call(x, np.zeros(6), np.zeros(6))
-    with pytest.raises(SingularityError, match="condition number"):
+    with pytest.raises(SingularityError, match=r"near a singularity: det J against home, .* of it \(limit 0.001\)"):
         check_poses(m, x)
     # what does not divide by J is finite there
     assert np.isfinite(m.jacobian(x)).all() and np.isfinite(m.inverse_kinematics(x)).all()

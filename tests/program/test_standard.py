@@ -116,7 +116,9 @@ def test_a_wrong_table_names_its_key(table, message, tmp_path):
 
 
 def test_a_wrong_corner_is_told():
-    with pytest.raises(InputError, match="corner: Input should be 'stop' or 'constant'"):
+    with pytest.raises(
+        InputError, match="corner: is none of the words allowed here, got 'round'; write 'stop' or 'constant'"
+    ):
         Circle(radius=0.1, feed=0.05, corner="round")
 
 
