@@ -24,7 +24,7 @@ def test_k1_a_pose_beyond_the_stroke_names_strut_value_limit_and_place(nist):
     q = nist.inverse_kinematics(x[1]).max()
     (problem,) = caught.value.problems
     assert problem.rule == "strut 1: too long" and problem.where == "t = 0.5 s, NC line 12"
-    assert problem.value == f"{q:.6g} m" and problem.limit == "1.9 m" and "move the work" in problem.cure
+    assert problem.value == f"{q:.8g} m" and problem.limit == "1.9 m" and "move the work" in problem.cure
     assert caught.value.exit_status == 1
 
 

@@ -39,6 +39,7 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
 
 
 _LABELS = {"machine_kind": "kind"}
+_NC_PERIOD = 1e-3  # s, at which the path of a bare NC program is looked at
 _UNITS = {"duration": "s", "length": "m"}
 
 
@@ -48,7 +49,11 @@ def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
     program = load_program(file)
     if machine is None:
         return "NC program", {"length": round(float(program.path().s0[-1]), 6)}
-    motion = program.plan(sheet.load_machine(machine))
+    from ..simulate.reach import check_motion
+
+    found = sheet.load_machine(machine)
+    motion = program.plan(found)
+    check_motion(found, motion, _NC_PERIOD)
     return "NC program", {"machine": machine, "duration": round(float(motion.duration), 3)}
 
 
@@ -64,11 +69,14 @@ def _toml(document: Document, machine: str | None) -> tuple[str, dict[str, Any]]
 
 
 def _experiment(experiment: Experiment) -> dict[str, Any]:
+    from ..simulate.reach import check_motion
+
     try:
         motion = experiment.program.plan(experiment.machine)
     except InputError as error:
         raise experiment.document.locate(error, "program") from None
     _check_loops(experiment)
+    check_motion(experiment.machine, motion, experiment.run.period)
     return {
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],

@@ -89,7 +89,7 @@ def beyond(machine, index: int, margin: float, place: str | None, time: float | 
     if index < 2 * n:
         bound = limits.length[0 if index < n else 1]
         length = bound + margin if index < n else bound - margin
-        return WorkspaceError(name, value=f"{length:.6g} m", limit=f"{bound:g} m", **told)
+        return WorkspaceError(name, value=f"{length:.8g} m", limit=f"{bound:g} m", **told)
     if name.startswith("near a singularity"):
         value, bound = limits.determinant + margin, limits.determinant
         return SingularityError(name, value=f"{value:.3g} of it", limit=f"{bound:g}", **told)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from ..declare import Array, Part, quantity
-from ..errors import InputError
 from ..machine.base import Machine
 
 
@@ -21,30 +17,6 @@ class Plant(Part):
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
     )
-
-    @classmethod
-    def of(cls, machine: Machine, changes: Mapping[str, Any]) -> Plant:
-        """The plant of an experiment's [plant] table: a dotted key of the machine is changed, "1.2 x" is a factor.
-
-        Raises
-        ------
-        InputError
-            with a problem for every wrong key.
-        """
-        own = {key: value for key, value in changes.items() if key in cls.model_fields and key != "machine"}
-        rest = {key: value for key, value in changes.items() if key not in own}
-        wrong = []
-        try:
-            machine = machine.replace_from_file(rest)
-        except InputError as error:
-            wrong += error.problems
-        try:
-            plant = cls(machine=machine).replace_from_file(own)
-        except InputError as error:
-            wrong += error.problems
-        if wrong:
-            raise cls.input_error(problems=wrong)
-        return plant
 
     @property
     def true_machine(self) -> Machine:

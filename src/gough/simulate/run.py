@@ -22,13 +22,14 @@ from ..kernel.pack import fields
 from ..log import Log
 from ..log.build import VARIABLES, LogBuilder
 from ..machine.base import Machine
-from ..machine.workspace import beyond, check_poses
+from ..machine.workspace import beyond
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.base import Program
 from ..program.reference import Reference
 from . import provenance, stability, tick
 from .plant import Plant
+from .reach import reachable
 
 CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and calls cost nothing
 
@@ -139,7 +140,7 @@ class _Job:
         while k < self.ticks and error is None:
             n = min(CHUNK, self.ticks - k)
             reference = self.motion.sample(k, k + n, self.run_part.period)
-            good, error = self._reachable(k, reference)
+            good, error = reachable(self.believed, self.motion, k, reference.x, self.run_part.period)
             done = self._advance(k, Reference(*(column[:good] for column in reference))) if good else 0
             stop = self.simulation.stops[0]
             if stop is not None:  # what happened comes before what would have happened
@@ -148,20 +149,6 @@ class _Job:
             if progress is not None:
                 progress(min(k, self.ticks - 1) * self.run_part.period, (self.ticks - 1) * self.run_part.period)
         return self._log(k, time.perf_counter() - started, error), error
-
-    def _reachable(self, k: int, reference: Reference) -> tuple[int, RunError | None]:
-        """How many rows of the reference are within the machine's limits, and what is wrong with the next."""
-
-        def place(row):
-            line = int(self.motion.book(k + row, k + row + 1, self.run_part.period).line[0])
-            place.row = row
-            return f"t = {(k + row) * self.run_part.period:.6g} s" + (f", NC line {line}" if line else "")
-
-        try:
-            check_poses(self.believed, reference.x, place, thin=16)
-        except RunError as error:
-            return place.row, error
-        return len(reference.x), None
 
     def _advance(self, k: int, reference: Reference) -> int:
         """Simulate the rows of the reference, measure and keep.  How many ticks were good."""
