@@ -15,12 +15,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import math
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,76 +34,11 @@ from pydantic import (
 from pydantic_core import PydanticUndefined
 
 from . import units
+from .complaints import part_of, problems, under
 from .errors import ExperimentError, InputError, Problem, UnitError, did_you_mean
+from .quantities import Quantity, brief, shape_text, written
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """What is known of a number before it is given: unit, bounds, meaning, shape."""
-
-    unit: str
-    meaning: str
-    above: float | None = None
-    at_least: float | None = None
-    below: float | None = None
-    at_most: float | None = None
-    shape: tuple[int, ...] = ()  # (-1,): a single value for all, or one each, as many as the owner has
-
-    def check(self, raw: Any, from_file: bool) -> float | np.ndarray:
-        """SI value of `raw`: read-only array or float.
-
-        Raises
-        ------
-        InputError
-            not a quantity, wrong unit or shape, not finite, out of bounds.
-        """
-        value = np.array(self._si(raw, from_file), float)
-        if value.shape != self.shape and not (self.shape == (-1,) and value.ndim <= 1):
-            raise InputError(f"must have shape {_shape(self.shape)}", value=_shape(value.shape))
-        if not np.isfinite(value).all():
-            raise InputError("must be finite", value=_brief(raw))
-        for bound, wrong, word in (
-            (self.above, np.less_equal, "above"),
-            (self.at_least, np.less, "at least"),
-            (self.below, np.greater_equal, "below"),
-            (self.at_most, np.greater, "at most"),
-        ):
-            if bound is not None and wrong(value, bound).any():
-                raise InputError(f"must be {word} {_with_unit(bound, self.unit)}", value=_brief(raw, self.unit))
-        if value.ndim == 0:
-            return float(value)
-        value.setflags(write=False)
-        return value
-
-    def _si(self, raw: Any, from_file: bool) -> Any:
-        if isinstance(raw, bool):
-            raise InputError("must be a quantity", value=str(raw).lower())
-        if isinstance(raw, str):
-            return units.to_si(raw, self.unit)
-        if isinstance(raw, Mapping):  # { unit = "m", value = [[...], ...] }
-            if set(raw) != {"unit", "value"}:
-                raise InputError("an array is written { unit = ..., value = [...] }", value=_brief(sorted(raw)))
-            scale, dimension = units.unit(_text(raw["unit"]))
-            if not units.same_dimension(dimension, units.unit(self.unit)[1]):
-                raise UnitError(f"{raw['unit']!r} is not a unit of {self.unit}")
-            return np.array(_numbers(raw["value"]), float) * scale
-        if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
-            return [units.to_si(entry, unit) for entry, unit in zip(raw, self._units(len(raw)), strict=True)]
-        if from_file and self.unit not in ("", "1"):
-            cure = (
-                f'write e.g. "{raw} {self._units(1)[0]}"'
-                if not isinstance(raw, list | tuple)
-                else (f'write {{ unit = "{self._units(1)[0]}", value = ... }}')
-            )
-            raise InputError("has no unit", value=_brief(raw), cure=cure)
-        return _numbers(raw)
-
-    def _units(self, count: int) -> list[str]:
-        """The unit of each entry; "m m m rad rad rad" style lists are written with commas."""
-        each = [u.strip() for u in self.unit.split(",")]
-        return each if len(each) == count else each[:1] * count
 
 
 def quantity(unit: str, meaning: str, *, default: Any = ..., theta: bool = True, **bounds: Any) -> Any:
@@ -141,7 +73,7 @@ def one_of(**kinds: str) -> BeforeValidator:
             return raw
         chosen = raw.get("kind")
         if chosen not in kinds:
-            rule = "is missing" if chosen is None else f"no such kind {_brief(chosen)}"
+            rule = "is missing" if chosen is None else f"no such kind {brief(chosen)}"
             cure = f"there is {', '.join(kinds)}" if chosen is None else did_you_mean(str(chosen), kinds)
             raise InputError(rule, key="kind", cure=cure)
         module, _, name = kinds[chosen].partition(":")
@@ -251,7 +183,7 @@ class Part(BaseModel):
         for name in type(self).model_fields:
             value = getattr(self, name)
             if isinstance(value, np.ndarray) and value.size > 6:
-                shown.append(f"{name}=<{_shape(value.shape)}>")
+                shown.append(f"{name}=<{shape_text(value.shape)}>")
             elif not is_default(self, name) and not isinstance(value, dict):
                 shown.append(f"{name}={value.tolist() if isinstance(value, np.ndarray) else value!r}")
         return f"{type(self).__name__}({', '.join(shown)})"
@@ -328,7 +260,7 @@ class Part(BaseModel):
             try:
                 data[head] = data[head]._replaced(group, from_file)
             except InputError as error:
-                wrong += [_under(p, head) for p in error.problems]
+                wrong += [under(p, head) for p in error.problems]
         if wrong:
             raise self.input_error(problems=wrong)
         with _rules(file=False):  # what is left is SI
@@ -360,7 +292,7 @@ class Part(BaseModel):
             with _rules(file=from_file):
                 return TypeAdapter(annotation).validate_python(dict(raw))
         except ValidationError as error:
-            raise self.input_error(problems=problems(error, _part_of(annotation, name) or type(self))) from None
+            raise self.input_error(problems=problems(error, part_of(annotation) or type(self))) from None
 
     def _keys(self) -> list[str]:
         """All dotted keys that `replace` takes."""
@@ -381,7 +313,7 @@ class Part(BaseModel):
             if value is None:
                 continue
             if name in specs:
-                out[name] = _written(value, specs[name])
+                out[name] = written(value, specs[name])
             elif isinstance(value, Part):
                 out[name] = value.to_file()
             else:
@@ -433,138 +365,8 @@ def _view(part: Part, theta: Any, start: int) -> tuple[View, int]:
     return View(part, values), start
 
 
-# pydantic's kinds of error in the words of this house
-_RULES = {
-    "model_type": "must be a table",
-    "dict_type": "must be a table",
-    "string_type": "must be a text",
-    "string_too_long": "is too long a name",
-    "string_pattern_mismatch": "must be of letters, digits and . _ -, letters or digits first",
-    "int_type": "must be a whole number",
-    "int_from_float": "must be a whole number",
-    "bool_type": "must be true or false",
-    "list_type": "must be a list",
-    "is_instance_of": "must be a table",
-    "literal_error": "is none of the words allowed here",
-    "greater_than": "must be above {gt}",
-    "greater_than_equal": "must be at least {ge}",
-    "less_than": "must be below {lt}",
-    "less_than_equal": "must be at most {le}",
-}
-
-
-def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
-    """What pydantic found, as problems with dotted keys and the nearest right key."""
-    out: list[Problem] = []
-    for item in error.errors():
-        path = _path(item["loc"])
-        key = ".".join(map(str, path)) or None
-        inner = item.get("ctx", {}).get("error")
-        if isinstance(inner, InputError):
-            found = [_under(p, key) if key else p for p in inner.problems]
-        elif item["type"] == "missing":
-            spec = _spec_at(kind, path)
-            found = [Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None)]
-        elif item["type"] == "extra_forbidden":
-            found = [Problem("no such key", key=key, cure=did_you_mean(str(path[-1]), _fields_at(kind, path[:-1])))]
-        else:
-            told = item.get("ctx", {})
-            rule = (_RULES.get(item["type"]) or item["msg"][:1].lower() + item["msg"][1:]).format(**told)
-            allowed = told.get("expected")
-            found = [
-                Problem(rule, key=key, value=_brief(item.get("input")), cure=f"write {allowed}" if allowed else None)
-            ]
-        out += [p for p in found if p not in out]  # the branches of a union say the same twice
-    return out
-
-
-def _path(loc: tuple) -> tuple:
-    """The keys of a pydantic location: what names a branch of a union or a validator is no key, but may not be last."""
-    inner = (step for step in loc[:-1] if isinstance(step, int) or re.fullmatch(r"[a-z_][a-z0-9_]*", str(step)))
-    return (*inner, *(step for step in loc[-1:] if "function-" not in str(step)))
-
-
-def _under(problem: Problem, key: str) -> Problem:
-    inner = f"{key}.{problem.key}" if problem.key else key
-    return Problem(**{**problem.__dict__, "key": inner})
-
-
-def _fields_at(kind: type, path: tuple) -> list[str]:
-    for step in path:
-        kind = (
-            _part_of(kind.model_fields[step].annotation, step)
-            if isinstance(kind, type) and step in kind.model_fields
-            else None
-        )
-        if kind is None:
-            return []
-    return list(kind.model_fields)
-
-
-def _part_of(annotation: Any, _step: Any) -> type[Part] | None:
-    options = getattr(annotation, "__args__", None) or (annotation,)
-    parts = [option for option in options if isinstance(option, type) and issubclass(option, Part)]
-    return parts[0] if parts else None
-
-
-def _spec_at(kind: type, path: tuple) -> Quantity | None:
-    for step in path[:-1]:
-        field = kind.model_fields.get(step) if isinstance(kind, type) else None
-        kind = _part_of(field.annotation, step) if field else None
-        if kind is None:
-            return None
-    return kind.specs().get(path[-1]) if isinstance(kind, type) and issubclass(kind, Part) else None
-
-
 def is_default(part: Part, name: str) -> bool:
     """Whether a field still has its declared default."""
     default = type(part).model_fields[name].default
     value = getattr(part, name)
     return default is not PydanticUndefined and bool(np.array_equal(value, default))
-
-
-def _numbers(raw: Any) -> Any:
-    """Nested lists or arrays of real numbers; booleans and texts are none."""
-    if isinstance(raw, list | tuple):
-        rows = [_numbers(entry) for entry in raw]
-        if len({np.shape(row) for row in rows}) > 1:
-            raise InputError("rows of an array must be of one length", value=_brief(raw))
-        return rows
-    if isinstance(raw, np.ndarray) and raw.dtype.kind in "fiu":
-        return raw
-    if isinstance(raw, bool) or not isinstance(raw, int | float | np.integer | np.floating):
-        raise InputError("must be a number", value=_brief(raw))
-    try:
-        return float(raw)
-    except OverflowError:  # an integer beyond any float
-        return math.inf
-
-
-def _text(raw: Any) -> str:
-    if not isinstance(raw, str):
-        raise InputError("a unit is a text", value=_brief(raw), cure='write unit = "m"')
-    return raw
-
-
-def _written(value: Any, spec: Quantity) -> Any:
-    each = spec._units(int(np.size(value)))
-    if np.ndim(value) == 0:
-        return f"{value!r} {spec.unit}" if spec.unit not in ("", "1") else value
-    if len(set(each)) == 1:
-        return {"unit": each[0] or "1", "value": np.asarray(value).tolist()}
-    return [f"{float(v)!r} {u}" for v, u in zip(value, each, strict=True)]
-
-
-def _shape(shape: tuple[int, ...]) -> str:
-    return " x ".join(map(str, shape)) if shape else "a single value"
-
-
-def _with_unit(value: float, unit: str) -> str:
-    return f"{value:g} {unit}" if unit not in ("", "1") else f"{value:g}"
-
-
-def _brief(raw: Any, unit: str | None = None) -> str:
-    if isinstance(raw, float | int | np.floating) and not isinstance(raw, bool) and unit:
-        return _with_unit(raw, unit)
-    text = repr(raw)
-    return text if len(text) <= 60 else text[:57] + "..."

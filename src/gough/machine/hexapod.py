@@ -49,6 +49,7 @@ from ..mechanics.linear import determinant_6
 from .base import Drive, Feed, Machine, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
 from .limits import Limits, check_home, check_joints
+from .strut import StrutLoad, point_motion
 
 
 class Hexapod(Machine):
@@ -201,7 +202,7 @@ class Hexapod(Machine):
         R = frames.rotation_of_quaternion(z[3:])
         m, mc_W, I_W = self._platform_in_W(pi, R)
         total = bodies.rigid_wrench(m, mc_W, I_W, v[3:], vd[:3] - p.gravity, vd[3:])
-        strut = _StrutLoad(pi)
+        strut = StrutLoad(pi)
         if strut.massless:
             return total
         b, _, l, n = self.struts(p, z)
@@ -216,7 +217,7 @@ class Hexapod(Machine):
         m, mc_W, I_W = self._platform_in_W(pi, R)
         S = frames.skew(mc_W)
         corner, cross, turn = m * ca.SX.eye(3), -S, I_W
-        strut = _StrutLoad(pi)
+        strut = StrutLoad(pi)
         if not strut.massless:
             b, _, l, n = self.struts(p, z)
             for i in range(6):
@@ -275,63 +276,6 @@ class Hexapod(Machine):
         lines.append({"name": "platform", "points": _outline(B)})
         lines.append({"name": "tool", "points": [middle.tolist(), tip.tolist()]})
         return lines
-
-
-def point_motion(b, v, vd):
-    """Velocity and acceleration of the platform joint at b (3,) from T, all in W.  eqs. (2), (4)."""
-    w, wd = v[3:], vd[3:]
-    wxb = ca.cross(w, b)
-    return v[:3] + wxb, vd[:3] + ca.cross(wd, b) + ca.cross(w, wxb)
-
-
-class _StrutLoad:
-    """What one strut asks of its platform joint, eqs. (3), (5), (6), from the inertial parameters `pi`."""
-
-    def __init__(self, pi):
-        self.m, self.k, self.I = (pi.get(f"strut.moving.{key}", 0) for key in ("m", "m c", "I"))
-        self.k_f, self.I_f = (pi.get(f"strut.fixed.{key}", 0) for key in ("m c", "I"))
-        axial = [pi[key] for key in ("strut.moving.Iaxial", "strut.fixed.Iaxial") if key in pi]
-        self.I_a = sum(axial) if axial else None
-        self.m_r = pi.get("drive.m", 0)
-        self.massless = not any(key.startswith(("strut", "drive")) for key in pi)
-
-    def force(self, p, i, l, n, v_B, a_B):
-        """F of eq. (5), on B, in W.  (3,)."""
-        ld = ca.dot(n, v_B)
-        nu = (v_B - ld * n) / l
-        nu2 = ca.dot(nu, nu)
-        axial_a = ca.dot(n, a_B)
-        P_nud = (a_B - axial_a * n - 2 * ld * nu) / l
-        load = a_B - p.gravity
-        axial = ca.dot(n, load)
-        across = load - axial * n
-        g_across = p.gravity - ca.dot(n, p.gravity) * n
-        F = n * (self.m * axial + self.k * nu2 + self.m_r * (axial_a + l * nu2))
-        F += (self.m - self.k / l) * across + ((self.I + self.I_f) / l - self.k) * P_nud - self.k_f / l * g_across
-        if self.I_a is not None:
-            a = p.joints.base_axis[i, :].T
-            ka, kad, tau, taud = ca.dot(a, n), ca.dot(a, nu), ca.dot(a, ca.cross(n, nu)), ca.dot(a, ca.cross(n, P_nud))
-            D = 1 - ka * ka
-            sigma = ka * tau / D
-            sigmad = (kad * tau + ka * taud + 2 * ka * ka * kad * tau / D) / D
-            F += self.I_a * (sigma / l * ca.cross(nu, n) + self.spin(a, ka, l, n) * sigmad)
-        return F
-
-    def mass(self, p, i, l, n):
-        """Mass at B: F = mass a_B + ... .  (3, 3)."""
-        nn = n @ n.T
-        across = self.m - 2 * self.k / l + (self.I + self.I_f) / (l * l)
-        M = across * ca.SX.eye(3) + (self.m + self.m_r - across) * nn
-        if self.I_a is not None:
-            a = p.joints.base_axis[i, :].T
-            G = self.spin(a, ca.dot(a, n), l, n)
-            M += self.I_a * G @ G.T
-        return M
-
-    @staticmethod
-    def spin(a, ka, l, n):
-        """G of eq. (6).  (3,)."""
-        return ka / (1 - ka * ka) / l * ca.cross(a, n)
 
 
 def _outline(points):

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from ..declare import Array, Quantity, quantity
+from ..declare import Array, quantity
 from ..errors import InputError
 from ..frames import rotation_of_abc_np
 from . import blocks

@@ -1,0 +1,99 @@
+"""What pydantic finds wrong with a part, in the words of this house."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from .errors import InputError, Problem, did_you_mean
+from .quantities import Quantity, brief
+
+if TYPE_CHECKING:
+    from .declare import Part
+
+
+# pydantic's kinds of error in the words of this house
+_RULES = {
+    "model_type": "must be a table",
+    "dict_type": "must be a table",
+    "string_type": "must be a text",
+    "string_too_long": "is too long a name",
+    "string_pattern_mismatch": "must be of letters, digits and . _ -, letters or digits first",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "list_type": "must be a list",
+    "is_instance_of": "must be a table",
+    "literal_error": "is none of the words allowed here",
+    "greater_than": "must be above {gt}",
+    "greater_than_equal": "must be at least {ge}",
+    "less_than": "must be below {lt}",
+    "less_than_equal": "must be at most {le}",
+}
+
+
+def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
+    """What pydantic found, as problems with dotted keys and the nearest right key."""
+    out: list[Problem] = []
+    for item in error.errors():
+        path = _path(item["loc"])
+        key = ".".join(map(str, path)) or None
+        inner = item.get("ctx", {}).get("error")
+        if isinstance(inner, InputError):
+            found = [under(p, key) if key else p for p in inner.problems]
+        elif item["type"] == "missing":
+            spec = _spec_at(kind, path)
+            found = [Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None)]
+        elif item["type"] == "extra_forbidden":
+            found = [Problem("no such key", key=key, cure=did_you_mean(str(path[-1]), _fields_at(kind, path[:-1])))]
+        else:
+            told = item.get("ctx", {})
+            rule = (_RULES.get(item["type"]) or item["msg"][:1].lower() + item["msg"][1:]).format(**told)
+            allowed = told.get("expected")
+            found = [
+                Problem(rule, key=key, value=brief(item.get("input")), cure=f"write {allowed}" if allowed else None)
+            ]
+        out += [p for p in found if p not in out]  # the branches of a union say the same twice
+    return out
+
+
+def _path(loc: tuple) -> tuple:
+    """The keys of a pydantic location: what names a branch of a union or a validator is no key, but may not be last."""
+    inner = (step for step in loc[:-1] if isinstance(step, int) or re.fullmatch(r"[a-z_][a-z0-9_]*", str(step)))
+    return (*inner, *(step for step in loc[-1:] if "function-" not in str(step)))
+
+
+def under(problem: Problem, key: str) -> Problem:
+    """The problem with its key below `key`."""
+    inner = f"{key}.{problem.key}" if problem.key else key
+    return Problem(**{**problem.__dict__, "key": inner})
+
+
+def _fields_at(kind: type, path: tuple) -> list[str]:
+    for step in path:
+        kind = (
+            part_of(kind.model_fields[step].annotation)
+            if isinstance(kind, type) and step in kind.model_fields
+            else None
+        )
+        if kind is None:
+            return []
+    return list(kind.model_fields)
+
+
+def part_of(annotation: Any) -> type[Part] | None:
+    """The Part an annotation names, in a union the first."""
+    options = getattr(annotation, "__args__", None) or (annotation,)
+    parts = [option for option in options if isinstance(option, type) and hasattr(option, "specs")]
+    return parts[0] if parts else None
+
+
+def _spec_at(kind: type, path: tuple) -> Quantity | None:
+    for step in path[:-1]:
+        field = kind.model_fields.get(step) if isinstance(kind, type) else None
+        kind = part_of(field.annotation) if field else None
+        if kind is None:
+            return None
+    return kind.specs().get(path[-1]) if isinstance(kind, type) and hasattr(kind, "specs") else None
