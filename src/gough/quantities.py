@@ -55,6 +55,8 @@ class Quantity:
         if isinstance(raw, bool):
             raise InputError("must be a quantity", value=str(raw).lower())
         if isinstance(raw, str):
+            if self.unit == "1" and not raw.strip().endswith(("%", "x")):
+                raise InputError("must be a number, without quotes", value=brief(raw))
             return units.to_si(raw, self.unit)
         if isinstance(raw, Mapping):  # { unit = "m", value = [[...], ...] }
             if set(raw) != {"unit", "value"}:

@@ -11,6 +11,7 @@ import gough as gk
 from gough.control.base import Command, Controller
 from gough.declare import quantity
 from gough.kernel import KernelWarning
+from gough.simulate.stability import StabilityWarning
 
 CIRCLE = gk.Circle(radius=0.02, feed=0.2, settle=0.05)
 
@@ -65,3 +66,29 @@ def test_two_plain_laws_keep_their_own_numbers():
     with pytest.warns(KernelWarning):
         runs = [gk.simulate(machine, PlainSprings(stiffness=k, damping=8e4), short)["x"] for k in (4e6, 2e6)]
     assert not np.array_equal(*runs)
+
+
+class Nothing(NamedTuple):
+    """A law that remembers nothing."""
+
+
+class Stiffness(Controller):
+    """Springs without dampers: no state."""
+
+    kind: str = "stiffness"
+    stiffness: float = quantity("N/m", "of each strut", above=0)
+
+    def init(self, r0, u0):
+        return Nothing()
+
+    def step(self, state, r, y, theta):
+        p = self.at(theta)
+        return Command(p.stiffness * (r.q - y.q)), state
+
+
+def test_a_law_may_remember_nothing():
+    machine = gk.load_machine("nist-octahedral").replace(gravity=[0.0, 0.0, 0.0])
+    # springs without dampers, held for a sample, gain energy; the check of the loop knows it
+    with pytest.warns(StabilityWarning, match="stiffness: the loop at a period of 1 ms is unstable"):
+        log = gk.simulate(machine, Stiffness(stiffness=1e5), gk.Line(to=[0.0, 0, 1e-3], feed=0.01, settle=0.1))
+    assert log.status == "done" and np.isfinite(log["x"]).all()

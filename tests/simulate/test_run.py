@@ -186,7 +186,7 @@ def test_wrong_arguments_are_refused(nist):
         gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE, on_fail="ignore")
     with pytest.raises(
         ExperimentError,
-        match=r"1 sub-steps of 5 ms cannot follow .* pole x step = [0-9.]+ \(limit 2.785\); give at least \d+",
+        match=r"1 sub-steps of 5 ms cannot follow .* pole x step = 10\.5 \(limit 2\.0\); give at least 6, .* for 20",
     ):
         gk.simulate(nist, gk.PID(bandwidth=3.0), CIRCLE, period=5e-3, substeps=1)
 
@@ -201,3 +201,42 @@ def test_a_slower_law_holds_its_force_between_its_ticks(nist):
     np.testing.assert_allclose(log["x"][::4][:100], alone["x"][:100], rtol=0, atol=1e-12)
     with pytest.raises(gk.InputError, match="multiple of the base tick"):
         gk.simulate(nist, gk.PID(bandwidth=10.0, period=1.5e-3), CIRCLE)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"controller": 3}, r"controller: must be a Controller, got 3; gk.PID"),
+        ({"program": "part.ngc"}, r"program: must be a Program, got 'part.ngc'; gk.load_program"),
+        ({"plant": 3}, r"plant: must be a Plant, got 3"),
+        ({"machine": "nist-octahedral"}, r"machine: must be a Machine, got 'nist-octahedral'; gk.load_machine"),
+        ({"signals": ["controller.integrl"]}, r"run.signals.0: .* no such variable, .* mean controller.integral"),
+        ({"signals": "x"}, r"signals: must be a list"),
+        ({"controller": gk.PID(bandwidth=9.0, mass=[100.0, 200.0])}, r"mass: must be one value or 6, got 2 values"),
+        ({"controller": gk.PID(bandwidth=9.0, period=1.5e-3)}, r"controller.period: .* multiple of the base tick"),
+        ({"program": gk.Circle(radius=0.02, feed=1e-9)}, r"run.log_every: .* takes .* log_every = \d+ or more"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_said(nist, arguments, message):
+    whole = {"machine": nist, "controller": gk.PID(bandwidth=12.0), "program": CIRCLE} | arguments
+    with pytest.raises(gk.InputError, match=message):
+        gk.simulate(**whole)
+
+
+def test_the_bristles_spring_sets_the_sub_steps_too(nist):
+    """Held memory makes a leapfrog of mass and bristle: h sqrt(s0 / m) must stay well below 2, or it chatters."""
+    from gough.simulate.stability import choose_substeps, fastest_pole
+
+    stiff = nist.replace(**{"friction.stiffness": 1e11})
+    lightest = 422.0  # kg, the lightest direction of the coupled struts at home (tests/machine)
+    # the spring alone has sqrt(s0 / m); its damper, 7 % of critical, turns the pole without changing its size
+    assert fastest_pole(stiff) == pytest.approx(np.sqrt(1e11 / lightest), rel=0.01)
+    steps = choose_substeps(stiff, 1e-3)
+    assert 1e-3 / steps * fastest_pole(stiff) < 2 / 3
+    quiet = {"drive.encoder": None, "friction.stiffness": 1e11}
+    rest = gk.Line(to=[0, 0, 1e-6], feed=1e-3, lead_in=0.2, settle=0.0)
+    log = gk.simulate(nist.replace(**quiet), gk.PID(bandwidth=12.0), rest)
+    jump = np.abs(np.diff(log["friction"][100:200], axis=0)).max()
+    assert jump < 1.0, "N; chatter was 477 to 687 N"
+    with pytest.raises(ExperimentError, match="cannot follow"):
+        gk.simulate(stiff, gk.PID(bandwidth=12.0), CIRCLE, substeps=4)

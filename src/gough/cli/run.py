@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import InputError, RunError
 from ..experiment import Experiment, load_experiment
@@ -39,23 +40,20 @@ def run_file(
         for name, text in files.items():
             write_atomic(folder / name, text)
         ended = _simulate(experiment, quiet, strict)
-        errors = [error for error in ended if isinstance(error, RunError)]
-        logs = [log for log in ended if not isinstance(log, RunError)]
+        logs = [run.log for run in ended if run.log is not None]
         if not logs:
-            raise RunError(problems=[problem for error in errors for problem in error.problems])
-        for label, log in zip(experiment.labels, ended, strict=True):
-            if not isinstance(log, RunError):
-                log.save(folder / f"{label}.nc")
+            raise RunError(problems=[problem for run in ended for problem in run.error.problems])
+        for run in ended:
+            if run.log is not None:
+                run.log.save(folder / f"{run.label}.nc")
         page = _page(logs, folder, files)
-    for label, log in zip(experiment.labels, ended, strict=True):
-        if not isinstance(log, RunError):
-            outcome.data["controllers"].append(_entry(label, log, target / f"{label}.nc"))
+    outcome.data["controllers"] = [
+        _entry(run.label, run.log, target / f"{run.label}.nc") for run in ended if run.log is not None
+    ]
     outcome.data["report"] = str(target / page)
-    for error in errors:
-        outcome.fail(error)
-    for label, log in zip(experiment.labels, ended, strict=True):
-        if not isinstance(log, RunError) and log.failed:
-            outcome.fail(RunError(log.reason or "the run failed", where=label))
+    for run in ended:
+        if run.error is not None:
+            outcome.fail(run.error)
     if not quiet:
         outcome.say(_table(logs))
     if not outcome.as_json:
@@ -80,41 +78,48 @@ def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: boo
         outcome.say(f"report: {target / page}")
 
 
-def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Any]:
-    """A Log for each controller, or the RunError that left none."""
+class Ended(NamedTuple):
+    """How one controller's run ended: a log, and the error of a run that failed."""
+
+    label: str
+    log: Any
+    error: RunError | None
+
+
+def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Ended]:
+    """Run every controller; those that fail have what they logged and their error."""
     from ..simulate.run import simulate
 
-    run = experiment.run
-    options = {name: getattr(run, name) for name in type(run).model_fields}
+    options = {name: getattr(experiment.run, name) for name in type(experiment.run).model_fields}
+    options |= {"strict": strict, "on_fail": "raise"}
     with Shown(experiment.labels, quiet) as shown:
 
         def job(i: int):
+            label, law = experiment.labels[i], experiment.controllers[i].law
+
             def tick(done: float, total: float) -> None:
                 shown.tick(i, done, total)
 
-            def work() -> Any:
-                law = experiment.controllers[i].law
+            def work() -> Ended:
+                parts = experiment.machine, law, experiment.program, experiment.plant
                 try:
-                    log = simulate(
-                        experiment.machine,
-                        law,
-                        experiment.program,
-                        experiment.plant,
-                        progress=tick,
-                        strict=strict,
-                        **options,
-                    )
-                except RunError as error:
-                    shown.end(i, "failed")
-                    return error
-                except InputError as error:
-                    raise experiment.locate(error, i) from None
-                shown.end(i, "failed" if log.failed else "done")
-                return log
+                    log, error = simulate(*parts, progress=tick, **options), None
+                except RunError as caught:
+                    log, error = getattr(caught, "log", None), _of(caught, label)
+                except InputError as caught:
+                    raise experiment.locate(caught, i) from None
+                shown.end(i, "done" if error is None else "failed")
+                return Ended(label, log, error)
 
             return work
 
         return together([job(i) for i in range(len(experiment.controllers))], shown.stop)
+
+
+def _of(error: RunError, label: str) -> RunError:
+    """The same error, said of the controller `label`."""
+    said = [replace(p, where=f"{label}, {p.where}" if p.where else label) for p in error.problems]
+    return type(error)(problems=said)
 
 
 def _page(logs: list, folder: Path, files: dict[str, str] | None = None) -> str:

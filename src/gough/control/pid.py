@@ -6,8 +6,8 @@
     u   = m w [ (v_c - v) + w_i i - T_D (v - v_) / Ts ] + m k_a q_r''    speed loop                                  (4)
 
 Tuned by one number, the `bandwidth` f of the position loop: K_v = 2 pi f, w = `speed_ratio` K_v, w_i = K_v / 2.
-m is the mass a joint feels when the others are free to move as they like: the diagonal of M_q = J^-T M J^-1 at home,
-or `mass`.  The joints of a parallel machine are coupled and a diagonal law cannot know it: on the octahedral hexapod
+m is the mass a joint feels while the others are held: the diagonal of M_q = J^-T M J^-1 at home, or `mass`.  The
+joints of a parallel machine are coupled and a diagonal law cannot know it: on the octahedral hexapod
 the speed loop of single directions is 0.44 to 4.1 times as fast as w.  That bounds the bandwidth (simulate.stability).
 """
 
@@ -18,6 +18,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from ..declare import Array, quantity
+from ..errors import ExperimentError
 from .base import Command, Controller, saturated
 
 
@@ -50,6 +51,10 @@ class PID(Controller):
 
     def on(self, machine, period):
         law = super().on(machine, period)
+        if np.ndim(law.mass) and len(law.mass) != law.machine.joints_count:
+            raise ExperimentError(
+                f"must be one value or {law.machine.joints_count}", key="mass", value=f"{len(law.mass)} values"
+            )
         return law if law.mass is not None else law.replace(mass=joint_mass(law.machine))
 
     def gains(self, p):

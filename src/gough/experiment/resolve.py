@@ -36,7 +36,7 @@ def resolved(experiment: Experiment) -> dict[str, str]:
     program = dict(data["program"])
     if "file" in program:
         path = Path(program["file"])
-        program["file"] = _name(slug(path.stem) + path.suffix, files)
+        program["file"] = _name(slug(path.stem) + ".ngc", files)  # .nc would be the name of a log
         files[program["file"]] = experiment.program.text
     tables: dict[str, Any] = {"schema": SCHEMA, "machine": machine}
     if "plant" in data:

@@ -15,6 +15,7 @@ from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
 from ..kernel.rows import compile_rows
 from ..mechanics.linear import solve_spd, solve_square_transposed
+from ..quantities import brief
 
 
 class Arrays:
@@ -27,10 +28,33 @@ class Arrays:
     def run(self, name: str, *columns) -> list[np.ndarray]:
         """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes."""
         arrays = [np.asarray(column, float) for column in columns]
-        lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+        try:
+            lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+        except ValueError:
+            shapes = ", ".join(str(a.shape) for a in arrays)
+            raise ExperimentError("the leading axes do not fit together", value=shapes) from None
         rows = [np.ascontiguousarray(np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1])) for a in arrays]
         out = _compiled(name, self.shape)(self.machine.theta, *rows)
+        if name not in _UNCHECKED:
+            _check_finite(name, out, lead)
         return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
+
+
+_UNCHECKED = ("newton", "margins")  # whoever asks for these looks at every row itself
+
+
+def _check_finite(name: str, out: list[np.ndarray], lead: tuple[int, ...]) -> None:
+    """Refuse an answer that is not a number: two joints in one place, numbers beyond any machine."""
+    for piece in out:
+        bad = np.flatnonzero(~np.isfinite(piece).all(-1))
+        if len(bad):
+            index = [int(i) for i in np.unravel_index(bad[0], lead)]
+            raise SingularityError(
+                f"{name.replace('_', ' ')} has no finite answer here",
+                where=f"index {index}" if index else None,
+                value=str(piece[bad[0]].tolist()),
+                cure="check the pose: a strut of no length, or numbers beyond any machine",
+            )
 
 
 def column(value, size: int, what: str) -> np.ndarray:
@@ -41,7 +65,13 @@ def column(value, size: int, what: str) -> np.ndarray:
     ExperimentError
         wrong last axis, or a number that is not finite, with its index.
     """
-    array = np.asarray(value, float)
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu":
+            raise TypeError
+        array = array.astype(float)
+    except (TypeError, ValueError):
+        raise ExperimentError(f"{what} must be real numbers", value=brief(value)) from None
     if array.ndim == 0 or array.shape[-1] != size:
         raise ExperimentError(f"{what} must have shape (..., {size})", value=str(array.shape))
     bad = np.argwhere(~np.isfinite(array))

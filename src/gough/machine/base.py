@@ -109,6 +109,11 @@ class Machine(Part):
         """How many actuated joints, n."""
         return len(self.joint_names)
 
+    @property
+    def memory_count(self) -> int:
+        """How many numbers the friction of all joints remembers."""
+        return self.joints_count * (self.friction.memory_per_joint if self.friction else 0)
+
     # -- arrays ---------------------------------------------------------------------------------------------------
 
     def inverse_kinematics(self, x) -> np.ndarray:

@@ -80,6 +80,11 @@ class Stribeck(Friction):
         return level(p, v) * ca.tanh(v / p.smoothing) + p.viscous * v
 
     @staticmethod
+    def memory_rate(p, v, z):
+        """No memory."""
+        return z
+
+    @staticmethod
     def advance(p, v, z, h):
         """No memory to advance."""
         return z
@@ -101,9 +106,14 @@ class LuGre(Friction):
     memory_per_joint: ClassVar[int] = 1
 
     @staticmethod
+    def memory_rate(p, v, z):
+        """z' of eq. (3).  (n,) m/s."""
+        return v - p.stiffness * ca.fabs(v) / level(p, v) * z
+
+    @staticmethod
     def force(p, v, z):
         """Friction force with the memory z (n,) m held, eqs. (3), (4).  (n,) N."""
-        zd = v - p.stiffness * ca.fabs(v) / level(p, v) * z
+        zd = LuGre.memory_rate(p, v, z)
         return p.stiffness * z + p.damping * zd + p.viscous * v
 
     @staticmethod

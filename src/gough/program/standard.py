@@ -14,6 +14,7 @@ from pydantic import Field
 from ..declare import Array, quantity
 from ..errors import InputError
 from ..frames import rotation_of_abc_np
+from ..quantities import Quantity
 from . import blocks
 from .base import Program
 from .blocks import Arc, Block

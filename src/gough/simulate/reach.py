@@ -8,6 +8,7 @@ from ..program.reference import Motion
 
 THIN = 16  # the condition number is looked at every so many samples; the struts hardly turn meanwhile
 CHUNK = 8192
+MOST = 500_000  # poses that are looked at before a run; a longer motion is looked at in larger steps
 
 
 def reachable(machine, motion: Motion, k: int, x, period: float) -> tuple[int, RunError | None]:
@@ -34,6 +35,7 @@ def check_motion(machine, motion: Motion, period: float) -> None:
     WorkspaceError, SingularityError
         for the first such sample, with time and NC line.
     """
+    period = max(period, motion.duration / MOST)
     ticks = motion.count(period)
     for k in range(0, ticks, CHUNK):
         x = motion.sample(k, min(k + CHUNK, ticks), period).x

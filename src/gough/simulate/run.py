@@ -27,10 +27,18 @@ from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.base import Program
 from ..program.reference import Reference
+from ..quantities import brief
 from . import provenance, stability, tick
 from .plant import Plant
 from .reach import reachable
 
+_MAKE = {
+    "machine": 'gk.load_machine("nist-octahedral")',
+    "controller": "gk.PID(bandwidth=10.0)",
+    "program": 'gk.load_program("part.ngc") or gk.Circle(radius=0.1, feed=0.05)',
+    "plant": "gk.Plant(machine=machine, payload=20.0), or a machine",
+}
+MOST_ROWS = 2_000_000  # of a log; some 5 GB
 CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and calls cost nothing
 
 
@@ -84,12 +92,20 @@ def simulate(
         substeps=substeps,
         seed=seed,
         log_every=log_every,
-        signals=None if signals is None else list(signals),
+        signals=signals if signals is None or isinstance(signals, str) else list(signals),
     )
     if on_fail not in ("return", "raise"):
         raise ExperimentError('on_fail must be "return" or "raise"', value=repr(on_fail))
     if isinstance(plant, Machine):
         plant = Plant(machine=plant)
+    for value, kind, name in (
+        (machine, Machine, "machine"),
+        (controller, Controller, "controller"),
+        (program, Program, "program"),
+        (plant, Plant | None, "plant"),
+    ):
+        if not isinstance(value, kind):
+            raise ExperimentError(f"must be a {name.capitalize()}", key=name, value=brief(value), cure=_MAKE[name])
     job = _Job(machine, controller, program, plant or Plant(machine=machine), run, strict)
     log, error = job.run(progress)
     if error is not None and on_fail == "raise":
@@ -103,11 +119,18 @@ class _Job:
 
     def __init__(self, machine, controller, program, plant, run: Run, strict: bool):
         self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
-        self.signals = _chosen(run.signals)
         self.true = plant.true_machine
         self.law = controller.on(machine, run.period)
         self.motion = program.plan(machine)
         self.ticks = self.motion.count(run.period)
+        rows = -(-self.ticks // run.log_every)
+        if rows > MOST_ROWS:
+            raise ExperimentError(
+                f"the program takes {self.motion.duration:.4g} s: the log would have {rows} rows",
+                key="run.log_every",
+                limit=f"{MOST_ROWS} rows",
+                cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
+            )
         self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
         self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict)
         self.meter = ContourMeter(self.motion)
@@ -125,6 +148,7 @@ class _Job:
         u0 = self.true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), self.plant.wrench)
         state = self.law.init(self.row, u0)
         self.state = state
+        self.signals = self._chosen(self.run_part.signals)
         schedule = tick.build(self.true, self.law, state, self.row, self.run_part.period, self.substeps)
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
@@ -132,6 +156,20 @@ class _Job:
             tick.first_states(schedule, np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]), state, u0),
             seed=self.run_part.seed,
         )
+
+    def _chosen(self, signals) -> set[str] | None:
+        """The variables of the log that were asked for; None for all."""
+        if signals is None:
+            return None
+        states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(self.state)]
+        known = [*VARIABLES, *states, *(["plant.friction_memory"] if self.true.memory_count else [])]
+        for i, name in enumerate(signals):
+            if name not in known:
+                cure = did_you_mean(name, known)
+                raise ExperimentError(
+                    "the log has no such variable", key=f"run.signals.{i}", value=brief(name), cure=cure
+                )
+        return set(signals)
 
     # -- the loop -------------------------------------------------------------------------------------------------
 
@@ -227,12 +265,3 @@ class _Job:
             return ("joint",), "m", "deflection of the friction's bristles"
         told = self.law.states.get(name.removeprefix("controller."))
         return (None, "", "") if told is None else ((told[0],), told[1], told[2])
-
-
-def _chosen(signals) -> set[str] | None:
-    if signals is None:
-        return None
-    wrong = [name for name in signals if name not in VARIABLES and "." not in name]
-    if wrong:
-        raise ExperimentError(f"no signal {wrong[0]!r}", key="run.signals", cure=did_you_mean(wrong[0], VARIABLES))
-    return set(signals)

@@ -1,7 +1,8 @@
 """How fine the plant must be stepped, and whether a law and its sample time go together.
 
-The plant's fastest pole is that of its linearisation at home, A = d(z', v')/d(z, v), friction at its steepest: tanh at
-v = 0, bristles with their memory held at v = 0.  RK4 is stable on the real axis for |pole| h < 2.785.
+The plant's poles are those of its linearisation at home, at v = 0 where friction is steepest: of d(z', v')/d(z, v) with
+the friction's memory held, which RK4 must follow (stable on the real axis for |pole| h < 2.785), and of the same with
+the memory as a state, the bristles' spring, which the splitting must follow (a leapfrog: stable for |pole| h < 2).
 
 A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without
 friction and quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
@@ -22,6 +23,7 @@ from ..kernel.pack import flatten
 from . import tick
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
+LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
 
@@ -31,23 +33,25 @@ class StabilityWarning(UserWarning):
 
 def fastest_pole(machine) -> float:
     """Largest magnitude of the poles of the plant at home with friction, rad/s."""
-    n = machine.joints_count
-    memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
+    memory = np.zeros(machine.memory_count)
     u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
-    A = _linearised(Shape(machine))(
-        machine.theta, _home(machine), np.zeros(len(machine.velocities)), np.zeros(memory), u0
-    )
-    return float(np.abs(np.linalg.eigvals(np.array(A))).max())
+    found = _linearised(Shape(machine))(machine.theta, _home(machine), np.zeros(len(machine.velocities)), memory, u0)
+    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found)
 
 
 @lru_cache(maxsize=64)
 def _linearised(shape: Shape) -> ca.Function:
+    """d(z', v')/d(z, v), and the same with the friction's memory among the states."""
     machine = shape.part
-    n = machine.joints_count
-    p, theta, z, v, mem = tick._symbols(machine, n * (machine.friction.memory_per_joint if machine.friction else 0))
-    u = ca.SX.sym("u", n)
-    rates = tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6))
-    return ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(ca.vertcat(*rates), ca.vertcat(z, v))])
+    p, theta, z, v, mem = tick.symbols_of(machine)
+    u = ca.SX.sym("u", machine.joints_count)
+    rates = ca.vertcat(*tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6)))
+    y = ca.vertcat(z, v)
+    whole, whole_rates = y, rates
+    if mem.numel():
+        bristles = machine.friction.memory_rate(p.friction, machine.jacobian_of(p, z) @ v, mem)
+        whole, whole_rates = ca.vertcat(y, mem), ca.vertcat(rates, bristles)
+    return ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(rates, y), ca.jacobian(whole_rates, whole)])
 
 
 def choose_substeps(machine, period: float, given: int | None = None) -> int:
@@ -59,19 +63,20 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
         if the given number cannot be stable, with the number that is.
     """
     pole = fastest_pole(machine)
+    stable = LEAPFROG if machine.memory_count else RK4_REAL
     # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
-    needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (RK4_REAL / 3)))
+    needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (stable / 3)))
     if given is None:
         return needed
     h = period / given
-    if pole * h >= RK4_REAL:
-        least = math.floor(pole * period / RK4_REAL) + 1
+    if pole * h >= stable:
+        least = math.floor(pole * period / stable) + 1
         raise ExperimentError(
             f"{given} sub-steps of {h * 1e3:.4g} ms cannot follow the plant's fastest pole",
             key="run.substeps",
             value=f"pole x step = {pole * h:.3g}",
-            limit=f"{RK4_REAL}",
-            cure=f"give at least {least}, or leave it out for {needed}; friction.smoothing and .damping set the pole",
+            limit=f"{stable}",
+            cure=f"give at least {least}, or leave it out for {needed}; friction's numbers set the pole",
         )
     return given
 
@@ -87,7 +92,8 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
     states = {name: value for name, value in tick.first_states(schedule, _home(quiet), state, u0).items() if value.size}
     names, sizes = list(states), [value.size for value in states.values()]
     symbols = [ca.MX.sym(name, size) for name, size in zip(names, sizes, strict=True)]
-    values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()} | {"memory": ca.MX(0, 1)}
+    values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()}
+    values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
     values |= dict(zip(names, symbols, strict=True))
     every = max(task.every for task in schedule.tasks)
     for k in range(every):

@@ -20,6 +20,7 @@ import numpy as np
 
 from ..control.base import Controller, Measurement
 from ..declare import Shape
+from ..errors import InputError
 from ..frames import rotation_of_abc_np
 from ..kernel import Schedule, Signal, Task, period_ticks
 from ..kernel.pack import flatten, names, symbols, unflatten
@@ -42,7 +43,10 @@ def build(machine: Machine, law: Controller, state, reference: Reference, period
     InputError
         the law's period is no multiple of `period`.
     """
-    every = period_ticks(law.period, period)
+    try:
+        every = period_ticks(law.period, period)
+    except InputError as error:
+        raise error.at(key="controller.period") from None
     made = _built if law.symbolic else _built.__wrapped__  # a function of Python's belongs to this very law
     return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, every)
 
@@ -66,7 +70,7 @@ def _built(
 ) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
-    memory = n * (machine.friction.memory_per_joint if machine.friction else 0)
+    memory = machine.memory_count
     noisy = machine.drive.noise is not None
     z_count = machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0]
     sizes = {"z": z_count, "v": v_count}
@@ -95,7 +99,7 @@ def _built(
     tasks = (
         Task(
             "sense",
-            _sense(machine, memory, noisy),
+            _sense(machine, noisy),
             ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
             ("q", "qd", "q_m", "friction"),
         ),
@@ -111,7 +115,7 @@ def _built(
     return Schedule(
         signals,
         tasks,
-        _substep(machine, memory, period / substeps),
+        _substep(machine, period / substeps),
         substeps,
         Task("limits", limits, ("theta_plant", "z"), ("limits",)),
         LOGGED + ("law",) + (("memory",) if memory else ()),
@@ -160,14 +164,15 @@ def rate(machine, p, z, v, memory, u, w):
     return machine.rate(p, z, v), solve_spd(M, force)
 
 
-def _symbols(machine, memory):
+def symbols_of(machine):
+    """View and theta of a machine, z, v and the friction's memory, as fresh symbols."""
     p, theta = machine.symbols
     z = ca.SX.sym("z", machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0])
-    return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", memory)
+    return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", machine.memory_count)
 
 
-def _sense(machine, memory, noisy):
-    p, theta, z, v, mem = _symbols(machine, memory)
+def _sense(machine, noisy):
+    p, theta, z, v, mem = symbols_of(machine)
     q = machine.joints_of(p, z)
     normal = ca.SX.sym("noise", machine.joints_count)
     qd = machine.jacobian_of(p, z) @ v
@@ -200,13 +205,13 @@ def _drive(machine, n):
 
 
 def _limits(machine):
-    p, theta, z, _, _ = _symbols(machine, 0)
+    p, theta, z, _, _ = symbols_of(machine)
     found, values = machine.margins(p, z)
     return found, ca.Function("limits", [theta, z], [values])
 
 
-def _substep(machine, memory, h):
-    p, theta, z, v, mem = _symbols(machine, memory)
+def _substep(machine, h):
+    p, theta, z, v, mem = symbols_of(machine)
     u, w = ca.SX.sym("u", machine.joints_count), ca.SX.sym("w", 6)
     dynamics = ca.Function("rate", [theta, z, v, mem, u, w], list(rate(machine, p, z, v, mem, u, w)))
     zd, vd = ca.SX.sym("zd", z.shape), ca.SX.sym("vd", v.shape)
@@ -226,7 +231,7 @@ def _substep(machine, memory, h):
     stages.append(
         Task("finish", finish, ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")), ("z", "v"))
     )
-    if memory:
+    if mem.numel():
         qd = machine.jacobian_of(p, z) @ v
         advance = ca.Function("memory", [theta, z, v, mem], [machine.friction.advance(p.friction, qd, mem, h / 2)])
         before, after = (
