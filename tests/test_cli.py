@@ -148,18 +148,29 @@ def test_quiet_prints_nothing_but_where_the_report_is(gough, write, fake):
 
 
 def test_a_failed_run_writes_log_and_page_and_ends_with_one(gough, write, fake, tmp_path):
-    reason = "strut 3: shorter than its limit, got 1.39 m (limit 1.4 m) at t = 0.412 s"
-    fake(lambda machine, law: log_of(machine, law, failed=reason if law.kind == "pid" else ""))
+    def stopped(machine, law):
+        """As simulate does with on_fail="raise": the error, with the log of what was run."""
+        if law.kind != "pid":
+            return log_of(machine, law)
+        error = WorkspaceError("strut 3: too short", where="NC line 4", value="1.39 m", limit="1.4 m", time=0.412)
+        error.log = log_of(machine, law, failed=str(error))
+        raise error
+
+    calls = fake(stopped)
     write("first.toml", EXPERIMENT)
     ended = gough("run", "first.toml")
     assert ended.status == 1
-    assert f"pid: {reason}" in ended.err.splitlines()
+    said = "pid, NC line 4: strut 3: too short, got 1.39 m (limit 1.4 m) at t = 0.412 s"
+    assert said in ended.err.splitlines()
+    assert all(options["on_fail"] == "raise" for _, options in calls)
     assert Log.load(tmp_path / "results/first/pid.nc").failed
     assert not Log.load(tmp_path / "results/first/computed_torque.nc").failed
     assert (tmp_path / "results/first/report.html").exists()
     told = gough("run", "first.toml", "--json").json
-    assert told["status"] == "failed"
-    assert told["error"]["problems"][0]["rule"] == reason
+    assert (told["status"], told["error"]["code"]) == ("failed", "WorkspaceError")
+    (problem,) = told["error"]["problems"]
+    assert (problem["rule"], problem["where"]) == ("strut 3: too short", "pid, NC line 4")
+    assert (problem["value"], problem["limit"], problem["time"]) == ("1.39 m", "1.4 m", 0.412)
     assert [c["status"] for c in told["controllers"]] == ["failed", "done"]
 
 
@@ -171,7 +182,7 @@ def test_a_run_that_leaves_no_log_at_all_ends_with_one_and_leaves_no_folder(goug
     write("first.toml", EXPERIMENT)
     ended = gough("run", "first.toml")
     assert (ended.status, ended.out) == (1, "")
-    assert ended.err.splitlines()[-1] == "pose: outside the cylinder"
+    assert ended.err.splitlines()[-1] == "computed_torque, pose: outside the cylinder"
     assert not (tmp_path / "results/first").exists()
 
 
@@ -428,3 +439,12 @@ def test_a_run_repeated_from_its_results_folder_gives_the_same_numbers(tmp_path)
         one, two = (Log.load(tmp_path / folder / f"{name}.nc") for folder in ("results/first", "again"))
         assert np.array_equal(one["x"], two["x"])
     assert (tmp_path / "again" / "report.html").stat().st_size > 100_000
+
+
+def test_a_program_named_like_a_log_is_kept_beside_it(gough, write, tmp_path):
+    """part.nc is a usual name of an NC program, and pid.nc is that of a log."""
+    write("pid.nc", "G21 F600\nG1 X1\nM2\n")
+    assert gough("run", "pid.nc", "-m", "nist-octahedral", "-c", "pid", "-o", "out", "--quiet").status == 0
+    assert (tmp_path / "out/pid.ngc").read_text().startswith("G21")
+    assert not Log.load(tmp_path / "out/pid.nc").failed
+    assert gough("check", "out/experiment.toml").status == 0

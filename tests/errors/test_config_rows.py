@@ -318,3 +318,8 @@ def test_c6_a_key_with_control_characters_is_printed_with_escapes(complaints):
     (line,) = complaints(SHEET, {"[drive]": '["\\u001b[31mred"]\nx = 1\n[drive]'})
     assert "\x1b" not in line
     assert line.startswith("20: \\x1b[31mred: no such key")
+
+
+def test_c2_a_number_in_quotes_is_no_number_where_there_is_no_unit(complaints):
+    (line,) = complaints(EXPERIMENT, {'kind = "pid"': 'kind = "pid"\nspeed_ratio = "3"'})
+    assert line.endswith("controller.0.speed_ratio: must be a number, without quotes, got '3'")
