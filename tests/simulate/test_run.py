@@ -7,6 +7,7 @@ import pytest
 
 import gough as gk
 from gough.errors import DivergedError, ExperimentError, WorkspaceError
+from gough.simulate.reach import ReachWarning
 from gough.simulate.stability import StabilityWarning
 
 CIRCLE = gk.Circle(radius=0.02, feed=0.05, settle=0.1)
@@ -240,3 +241,22 @@ def test_the_bristles_spring_sets_the_sub_steps_too(nist):
     assert jump < 1.0, "N; chatter was 477 to 687 N"
     with pytest.raises(ExperimentError, match="cannot follow"):
         gk.simulate(stiff, gk.PID(bandwidth=12.0), CIRCLE, substeps=4)
+
+
+def test_a_path_beyond_the_declared_workspace_is_warned_of_once(nist):
+    """K1: where the machine can still go but is not meant to; the tool is 0.26 m from home at t = 5.2 s."""
+    out = gk.Line(to=[0.26, 0, 0], feed=0.05, acceleration=1e3)
+    with pytest.warns(
+        ReachWarning, match=r"t = 5\.\d+ s: beyond the radius of the workspace, .* \(limit 0.25 m\)"
+    ) as seen:
+        log = gk.simulate(nist, gk.PID(bandwidth=8.0), out)
+    assert log.status == "done"
+    assert sum(issubclass(w.category, ReachWarning) for w in seen) == 1
+
+
+def test_a_poor_condition_number_is_warned_of_before_it_ends_the_run(nist):
+    """K2: warn at one number, stop at the other."""
+    wide = nist.replace(**{"limits.length": [1.0, 3.0], "limits.cone": None, "limits.workspace": None})
+    turn = gk.Polyline(points=np.array([[0, 0, 0], [0, 0, 1e-3]]), feed=0.01, abc=[0.0, 0, np.radians(80)])
+    with pytest.warns(ReachWarning, match=r"near a singularity: condition number of J, got \d+(\.\d+)? \(limit 20\)"):
+        gk.simulate(wide.replace(**{"limits.condition_warning": 20.0}), gk.PID(bandwidth=4.0), turn)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import ExperimentError, KinematicsError, WorkspaceError
+from ..errors import ExperimentError, KinematicsError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np
 from . import workspace
 from .arrays import column
@@ -144,8 +144,8 @@ def _refuse(machine, lead, row, status, why, residual, steps, margins, x):
             value=f"det J = {margins[row, -1] + machine.limits.determinant:.3g} of home's",
             cure="give a start nearer to the pose (near=...)",
         )
-    names = workspace.margin_names(machine)
     worst = int(np.argmin(margins[row]))
-    raise WorkspaceError(
-        f"the pose found is outside the limits: {names[worst]}", where=place, value=f"margin {margins[row, worst]:.4g}"
-    )
+    declared = 4 if machine.limits.workspace else 0
+    if worst < declared:
+        raise workspace.outside_workspace(machine, worst, margins[row, worst], place)
+    raise workspace.beyond(machine, worst - declared, margins[row, worst], place)

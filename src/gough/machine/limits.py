@@ -32,6 +32,7 @@ class Limits(Part):
     condition: float = quantity(
         "1", "greatest condition number of J, lengths divided by the platform's radius", default=100.0, above=1
     )
+    condition_warning: float = quantity("1", "condition number of J from which a run warns", default=50.0, above=1)
     determinant: float = quantity("1", "least det J, as a fraction of home's", default=1e-3, above=0, below=1)
     workspace: Workspace | None = None
 

@@ -23,11 +23,17 @@ def margin_names(machine) -> tuple[str, ...]:
 def margins(machine, z) -> np.ndarray:
     """All limits of coordinates z (N, 7); inside where >= 0.  (N, m), columns as `margin_names`."""
     z = np.atleast_2d(z)
-    found = machine.arrays.run("margins", z)[0]
-    space = machine.limits.workspace
+    return np.concatenate([workspace_margins(machine, z), machine.arrays.run("margins", z)[0]], -1)
+
+
+def workspace_margins(machine, z) -> np.ndarray:
+    """The declared workspace at coordinates z (N, 7): radius m, height m, tilt rad, turn rad; inside where >= 0.
+
+    (N, 4); (N, 0) where none is declared.
+    """
+    space, home = machine.limits.workspace, machine.home
     if space is None:
-        return found
-    home = machine.home
+        return np.zeros((len(z), 0))
     R_home = rotation_of_quaternion_np(quaternion_of_abc_np(home[3:]))
     R = rotation_of_quaternion_np(z[:, 3:])
     turn = abc_of_rotation_np(R)[:, 2] - home[5]
@@ -36,18 +42,28 @@ def margins(machine, z) -> np.ndarray:
     sine = np.linalg.norm(np.cross(R[:, :, 2], R_home[:, 2]), axis=-1)
     tilt = np.arctan2(sine, R[:, :, 2] @ R_home[:, 2])
     offset = z[:, :3] - home[:3]
-    slack = 1e-9  # a pose on the very edge is inside, whatever the last digits say
     inside = [
         space.radius - np.hypot(offset[:, 0], offset[:, 1]),
         space.height / 2 - np.abs(offset[:, 2]),
         space.tilt - tilt,
         space.c - turn,
     ]
-    return np.concatenate([np.stack(inside, -1) + slack, found], -1)
+    return np.stack(inside, -1) + 1e-9  # a pose on the very edge is inside, whatever the last digits say
 
 
-def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> None:
+def outside_workspace(machine, index: int, margin: float, place: str | None) -> WorkspaceError:
+    """The error that the declared workspace is exceeded by -margin in `index` of `workspace_margins`."""
+    space = machine.limits.workspace
+    bound = (space.radius, space.height / 2, space.tilt, space.c)[index]
+    shown = [f"{v:.6g} m" if index < 2 else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)]
+    cure = "move the work (origin), or declare a larger limits.workspace"
+    return WorkspaceError(_WORKSPACE[index], where=place, value=shown[0], limit=shown[1], cure=cure)
+
+
+def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> tuple[int, float]:
     """Refuse poses (N, 6) outside the limits or near a singularity; the workspace is not asked.
+
+    The row with the largest condition number of J that was looked at, and that number.
 
     `place(row)` names a row for the message: an NC line and a time.  The condition number, which costs ten times the
     rest together, is taken of one row in `thin`: along a path it changes slowly.
@@ -77,6 +93,8 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
         row = int(beyond_limits[0])
         worst = int(np.argmax(outside[row]))
         raise beyond(machine, worst, found[row, worst], place(row))
+    largest = int(np.argmax(number))
+    return int(sample[largest]), float(number[largest])
 
 
 _CURE = "move the work (origin), or change the limits of the machine"

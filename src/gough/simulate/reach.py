@@ -1,34 +1,77 @@
-"""Whether a machine can stand where a motion wants it, sample by sample, said with time and NC line."""
+"""Whether a machine can stand where a motion wants it, sample by sample, said with time and NC line.
+
+Stroke, cones and singularities end a run; the declared workspace and a poor condition number are warned of, once each.
+"""
 
 from __future__ import annotations
 
-from ..errors import RunError
-from ..machine.workspace import check_poses
+import warnings
+
+import numpy as np
+
+from ..errors import RunError, SingularityError
+from ..frames import quaternion_of_abc_np
+from ..machine.workspace import check_poses, outside_workspace, workspace_margins
 from ..program.reference import Motion
 
-THIN = 16  # the condition number is looked at every so many samples; the struts hardly turn meanwhile
+THIN = 16  # what changes slowly along a path is looked at every so many samples
 CHUNK = 8192
 MOST = 500_000  # poses that are looked at before a run; a longer motion is looked at in larger steps
 
 
-def reachable(machine, motion: Motion, k: int, x, period: float) -> tuple[int, RunError | None]:
-    """How many poses x (n, d), samples k ... of `motion`, are within the limits; what is wrong with the next."""
-    bad = []
+class ReachWarning(UserWarning):
+    """The motion leaves the declared workspace, or comes near a singularity."""
 
-    def place(row):
-        bad.append(row)
-        line = int(motion.book(k + row, k + row + 1, period).line[0])
-        return f"t = {(k + row) * period:.6g} s" + (f", NC line {line}" if line else "")
 
-    try:
-        check_poses(machine, machine.tool_pose(x), place, THIN)
-    except RunError as error:
-        return bad[-1], error
-    return len(x), None
+class Reach:
+    """Looks at the poses of one motion, chunk by chunk."""
+
+    def __init__(self, machine, motion: Motion, period: float):
+        self.machine, self.motion, self.period = machine, motion, period
+        self._warned: set[str] = set()
+
+    def of(self, k: int, x) -> tuple[int, RunError | None]:
+        """How many poses x (n, d), samples k ..., are within the limits; what is wrong with the next."""
+        bad = []
+
+        def place(row):
+            bad.append(row)
+            return self._place(k + row)
+
+        poses = self.machine.tool_pose(x)
+        try:
+            row, number = check_poses(self.machine, poses, place, THIN)
+        except RunError as error:
+            return bad[-1], error
+        limit = self.machine.limits.condition_warning
+        if number > limit:
+            rule = "near a singularity: condition number of J"
+            self._warn(
+                rule, SingularityError(rule, where=self._place(k + row), value=f"{number:.3g}", limit=f"{limit:g}")
+            )
+        self._within_workspace(k, poses[::THIN])
+        return len(poses), None
+
+    def _within_workspace(self, k, poses):
+        z = np.concatenate([poses[:, :3], quaternion_of_abc_np(poses[:, 3:])], -1)
+        found = workspace_margins(self.machine, z)
+        for index in np.flatnonzero((found < 0).any(0)):
+            row = int(np.argmax(found[:, index] < 0))
+            error = outside_workspace(self.machine, int(index), found[row, index], self._place(k + row * THIN))
+            self._warn(error.problems[0].rule, error)
+
+    def _warn(self, what: str, error: RunError):
+        if what not in self._warned:
+            self._warned.add(what)
+            warnings.warn(str(error), ReachWarning, stacklevel=5)
+
+    def _place(self, k):
+        line = int(self.motion.book(k, k + 1, self.period).line[0])
+        return f"t = {k * self.period:.6g} s" + (f", NC line {line}" if line else "")
 
 
 def check_motion(machine, motion: Motion, period: float) -> None:
-    """Refuse a motion that leaves the machine's limits anywhere.
+    """Refuse a motion that leaves the machine's limits anywhere; warn where it leaves the declared workspace.
 
     Raises
     ------
@@ -36,9 +79,8 @@ def check_motion(machine, motion: Motion, period: float) -> None:
         for the first such sample, with time and NC line.
     """
     period = max(period, motion.duration / MOST)
-    ticks = motion.count(period)
+    reach, ticks = Reach(machine, motion, period), motion.count(period)
     for k in range(0, ticks, CHUNK):
-        x = motion.sample(k, min(k + CHUNK, ticks), period).x
-        _, error = reachable(machine, motion, k, x, period)
+        _, error = reach.of(k, motion.sample(k, min(k + CHUNK, ticks), period).x)
         if error is not None:
             raise error

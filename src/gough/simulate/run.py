@@ -30,7 +30,7 @@ from ..program.reference import Reference
 from ..quantities import brief
 from . import provenance, stability, tick
 from .plant import Plant
-from .reach import reachable
+from .reach import Reach
 
 _MAKE = {
     "machine": 'gk.load_machine("nist-octahedral")',
@@ -133,6 +133,7 @@ class _Job:
             )
         self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
         self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict)
+        self.reach = Reach(machine, self.motion, run.period)
         self.meter = ContourMeter(self.motion)
         self.sums = Accumulator(run.period)
         first = self.motion.sample(0, 1, run.period)
@@ -178,7 +179,7 @@ class _Job:
         while k < self.ticks and error is None:
             n = min(CHUNK, self.ticks - k)
             reference = self.motion.sample(k, k + n, self.run_part.period)
-            good, error = reachable(self.believed, self.motion, k, reference.x, self.run_part.period)
+            good, error = self.reach.of(k, reference.x)
             done = self._advance(k, Reference(*(column[:good] for column in reference))) if good else 0
             stop = self.simulation.stops[0]
             if stop is not None:  # what happened comes before what would have happened
