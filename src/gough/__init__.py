@@ -58,6 +58,10 @@ class _Verb(ModuleType):
         return self._function(*args, **options)
 
     @property
+    def __doc__(self) -> str | None:
+        return self._function.__doc__
+
+    @property
     def __signature__(self) -> Any:
         import inspect
 

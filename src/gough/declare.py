@@ -107,6 +107,16 @@ class Part(BaseModel):
                 value.setflags(write=False)
 
     @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """The declared numbers become the last part of the docstring: `help(gk.PID)` tells what is asked for."""
+        rows = [
+            f"    {name} : {'number' if spec.unit == '1' else spec.unit}\n        {spec.meaning}" + _left_out(cls, name)
+            for name, spec in cls.specs().items()
+        ]
+        if rows and cls.__doc__ and "Numbers\n" not in cls.__doc__:
+            cls.__doc__ = f"{cls.__doc__.rstrip()}\n\n    Numbers\n    -------\n" + "\n".join(rows) + "\n    "
+
+    @classmethod
     def from_file(cls, data: Mapping[str, Any]) -> Part:
         """The part that a file's table describes: quantities are strings with units.
 
@@ -363,6 +373,13 @@ def _view(part: Part, theta: Any, start: int) -> tuple[View, int]:
         if isinstance(value, Part):
             values[name], start = _view(value, theta, start)
     return View(part, values), start
+
+
+def _left_out(kind: type[Part], name: str) -> str:
+    field = kind.model_fields[name]
+    if field.is_required():
+        return ""
+    return "; may be left out" if field.default is None else f"; {np.asarray(field.default).tolist()} if left out"
 
 
 def is_default(part: Part, name: str) -> bool:

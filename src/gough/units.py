@@ -107,7 +107,10 @@ def parse(text: str) -> tuple[float, Dimension]:
     match = _NUMBER.match(text.strip())
     if not match:
         raise UnitError(f"{_quote(text)} is not a quantity", cure='write a number and its unit, e.g. "20 mm"')
-    factor, dimension = unit(text.strip()[match.end() :])
+    behind = text.strip()[match.end() :]
+    if re.match(r",[0-9]", behind):
+        raise UnitError(f"{_quote(text)} has a comma in its number", cure="write a decimal point")
+    factor, dimension = unit(behind)
     value = float(match[0]) * factor
     if not math.isfinite(value):
         raise UnitError("a quantity must be finite", value=_quote(text))
@@ -133,7 +136,16 @@ def to_si(text: str, expected: str) -> float:
     if not same_dimension(dimension, wanted):
         if dimension == (0, 0, 0, 0, 0) and _NUMBER.fullmatch(text.strip()):
             raise UnitError(f"{_quote(text)} has no unit", cure=f'write e.g. "{text.strip()} {expected}"')
-        raise UnitError(f"{_quote(text)} is not a quantity in {expected}")
+        number = _NUMBER.match(text.strip())[0]
+        rate = (0, 0, -1, 0)
+        if dimension[:4] == wanted[:4] == rate:  # Hz where rad/s is wanted, or the other way round
+            cure = "1 Hz is 2 pi rad/s: divide by it" if dimension[4] else "1 Hz is 2 pi rad/s: multiply by it"
+        elif expected in ("", "1"):
+            cure = f"write the number alone, e.g. {number}"
+        else:
+            cure = f'write e.g. "{number} {expected}"'
+        rule = f"{_quote(text)} is not a quantity in {expected}" if expected else f"{_quote(text)} is not a number"
+        raise UnitError(rule, cure=cure)
     return value
 
 
@@ -146,7 +158,7 @@ _PEOPLE = {  # SI unit: the units people read, smallest first
     "m": ("nm", "um", "mm", "m"),
     "N": ("mN", "N", "kN"),
     "s": ("us", "ms", "s"),
-    "rad": ("urad", "mrad", "rad"),
+    "rad": ("urad", "mrad", "deg"),
 }
 
 

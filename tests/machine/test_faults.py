@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gough.errors import ExperimentError, KinematicsError, SingularityError, WorkspaceError
+from gough.errors import ExperimentError, InputError, KinematicsError, SingularityError, WorkspaceError
 from gough.frames import rotation_of_abc_np
 from gough.machine import forward
 from gough.machine.workspace import check_poses, condition, margin_names, margins, random_poses
@@ -270,3 +270,24 @@ def test_margins_have_a_name_each(library_machine):
     z = np.array(library_machine.coordinates_of(library_machine.home)).ravel()
     assert margins(library_machine, z).shape == (1, len(margin_names(library_machine)))
     assert (margins(library_machine, z) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"strut.moving.center": 280.0},
+            r"strut.moving.center: the centre of mass lies far outside .* did you mean mm",
+        ),
+        (
+            {"platform.center": [0, 0, 260.0]},
+            r"platform.center: the centre of mass lies far outside .* did you mean mm",
+        ),
+        ({"gravity": [0, 0, -9810.0]}, r"gravity: gravity is no planet's, got 9810 m/s2 \(limit 30 m/s2\)"),
+        ({"drive.lead": 10.0}, r"drive.lead: must be at most 1 m, got 10 m"),
+        ({"drive.encoder": 2.5e-3}, r"drive.encoder: must be at most 0.001 m, got 0.0025 m"),
+    ],
+)
+def test_k7_a_length_in_another_unit_is_noticed(nist, change, message):
+    with pytest.raises(InputError, match=message):
+        nist.replace(**change)

@@ -11,7 +11,7 @@ import gough as gk
 from gough.control.base import Command, Controller
 from gough.declare import quantity
 from gough.kernel import KernelWarning
-from gough.simulate.stability import StabilityWarning
+from gough.simulate.notes import StabilityWarning
 
 CIRCLE = gk.Circle(radius=0.02, feed=0.2, settle=0.05)
 

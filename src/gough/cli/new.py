@@ -80,6 +80,7 @@ viscous = "300 N s/m"
 length    = ["0.70 m", "1.15 m"] # shortest and longest strut, joint to joint
 cone      = "45 deg"             # greatest angle of a joint from its direction at home
 # condition = 100                # greatest condition number of the Jacobian
+# condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
 

@@ -6,6 +6,7 @@ Errors carry keys relative to the table; the file and its lines are added by gou
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -83,6 +84,9 @@ def plant_of(table: Mapping[str, Any], machine: Machine) -> Any:
         true = sheet.overridden(machine, theirs)
     except InputError as error:
         for problem in error.problems:
+            if problem.rule == "has no unit":  # in [plant] a bare number most often stands for a factor
+                cure = f'write "{problem.value} x" for so many times the machine\'s own, or its unit'
+                problem = replace(problem, cure=cure)
             near = nearest(problem.key or "", own)
             if near and problem.rule == "no such key":
                 problem = Problem(problem.rule, key=problem.key, cure=f"did you mean {near}?")

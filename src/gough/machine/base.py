@@ -38,11 +38,15 @@ class Drive(Part):
 
     input_error = SheetError
 
-    lead: float = quantity("m", "travel a turn of the screw", above=0)
+    lead: float = quantity("m", "travel a turn of the screw", above=0, at_most=1)
     inertia: float | None = quantity("kg m2", "motor and screw, about the screw", default=None, at_least=0)
     torque_limit: float | None = quantity("N m", "greatest motor torque", default=None, above=0)
-    encoder: float | None = quantity("m", "resolution of the encoder, at the joint", default=None, above=0)
-    noise: float | None = quantity("m", "standard deviation of the encoder's noise", default=None, above=0)
+    encoder: float | None = quantity(
+        "m", "resolution of the encoder, at the joint", default=None, above=0, at_most=1e-3
+    )
+    noise: float | None = quantity(
+        "m", "standard deviation of the encoder's noise", default=None, above=0, at_most=1e-2
+    )
     delay: float = quantity("1", "samples between a command and its force, 0 or 1", default=0.0, theta=False)
 
     def model_post_init(self, _context: Any) -> None:

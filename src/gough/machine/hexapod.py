@@ -48,7 +48,7 @@ from ..mechanics.friction import FrictionLaw
 from ..mechanics.linear import determinant_6
 from .base import Drive, Feed, Machine, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
-from .limits import Limits, check_home, check_joints
+from .limits import Limits, check_home, check_joints, check_sizes
 from .strut import StrutLoad, point_motion
 
 
@@ -86,6 +86,7 @@ class Hexapod(Machine):
     @model_validator(mode="after")
     def _sound(self):
         check_joints(self.joints.base, self.joints.platform)
+        check_sizes(self)
         for key in () if self.friction is None else ("coulomb", "static", "viscous"):
             numbers = getattr(self.friction, key)
             if np.ndim(numbers) and len(numbers) != 6:

@@ -77,6 +77,36 @@ def check_joints(base: np.ndarray, platform: np.ndarray) -> None:
                 )
 
 
+def check_sizes(machine) -> None:
+    """Refuse masses that sit where no machine has them: most often a length in another unit.
+
+    Raises
+    ------
+    InputError
+        a problem for each.
+    """
+    longest, wrong = machine.limits.length[1], []
+    B = machine.joints.platform
+    span = np.linalg.norm(np.ptp(B, axis=0))
+    places = [("platform.center", np.linalg.norm(machine.platform.center - B.mean(0)), 5 * span)]
+    if machine.strut is not None:
+        places += [
+            (f"strut.{part}.center", abs(getattr(machine.strut, part).center), longest) for part in ("moving", "fixed")
+        ]
+    for key, distance, limit in places:
+        if distance > limit:
+            wrong.append(Problem(
+                "the centre of mass lies far outside the machine", key=key, value=f"{distance:g} m from its joints",
+                limit=f"{limit:.3g} m", cure="did you mean mm?",
+            ))  # fmt: skip
+    if np.linalg.norm(machine.gravity) > _GRAVITY:
+        value = f"{np.linalg.norm(machine.gravity):g} m/s2"
+        wrong.append(Problem("gravity is no planet's", key="gravity", value=value, limit=f"{_GRAVITY:g} m/s2"))
+    if wrong:
+        raise InputError(problems=wrong)
+
+
+_GRAVITY = 30.0  # m/s2
 _LOCKED = 1e-3  # 1 - (a . n)^2 of a joint axis within 1.8 deg of its strut
 
 

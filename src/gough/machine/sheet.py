@@ -83,11 +83,12 @@ def machine_of(document: Document) -> Machine:
         rule = "no such kind of machine" if "kind" in data else "is missing"
         problems.append(Problem(rule, key="kind", value=ascii(kind) if "kind" in data else None, cure=cure))
         raise document.locate(SheetError(problems=problems))
-    problems += source_problems(document)
     try:
         machine = machine_class(kind).from_file(data)
     except InputError as error:
         problems += error.problems
+    if not problems:  # a key mistyped in the sheet would make its right entry in [source] look wrong
+        problems += source_problems(document)
     if problems:
         raise document.locate(SheetError(problems=problems))
     return machine

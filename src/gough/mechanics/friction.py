@@ -50,6 +50,7 @@ class Friction(Part):
             raise InputError(
                 "static friction must be at least the Coulomb friction",
                 value=f"{self.static} N against {self.coulomb} N",
+                cure="change friction.static by as much",
             )
         return self
 

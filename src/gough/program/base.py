@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from ..declare import Array, Part, quantity
 from ..frames import rotation_of_abc_np
@@ -23,7 +24,7 @@ class Program(Part):
     acceleration: float | None = quantity(
         "m/s2", "acceleration along the path; else the machine's", default=None, above=0
     )
-    corner: Literal["stop", "constant"] = "stop"
+    corner: Literal["stop", "constant"] = Field("stop", description="stop at every corner, or pass it at constant feed")
     settle: float = quantity("s", "rest behind the end", default=0.25, at_least=0, at_most=3600)
     lead_in: float = quantity("s", "rest before the start", default=0.0, at_least=0, at_most=3600)
     origin: Array | None = quantity(

@@ -22,12 +22,14 @@ from __future__ import annotations
 
 import math
 
-from ..errors import ProgramError
+from ..errors import Problem, ProgramError
 from . import arc
 from .blocks import Arc, Block, Line, Rest
+from .cures import cure_of
 from .lexer import Word, words
 
-MOST_PROBLEMS = 10
+MOST_PROBLEMS = 50
+_MOST_COUNTED = 10_000  # wrong lines; a file with more is no NC program and is not read on
 _MOST_BLOCKS = 1_000_000
 _DEGREE = math.pi / 180
 _AXES = "XYZABC"
@@ -35,20 +37,6 @@ _MOTION, _PLANE, _UNITS, _DISTANCE, _END = "motion", "plane", "units", "distance
 _GROUPS = {
     "G0": _MOTION, "G1": _MOTION, "G2": _MOTION, "G3": _MOTION, "G17": _PLANE, "G20": _UNITS, "G21": _UNITS,
     "G90": _DISTANCE, "G91": _DISTANCE, "M2": _END, "M30": _END,
-}  # fmt: skip
-_CURES = {
-    "G4": "remove it: a program does not dwell",
-    "G18": "arcs run in the XY plane", "G19": "arcs run in the XY plane",
-    "G43": "remove it: the tool is that of the data sheet", "G49": "remove it: the tool is that of the data sheet",
-    "G54": "remove it: zero is the machine's home, or `origin` of the experiment",
-    "G61": 'remove it: the option corner = "stop" is this', "G64": 'remove it: see the option corner = "constant"',
-    "G90.1": "write I and J from the start of the arc", "G91.1": "remove it: I and J count from the start of the arc",
-    "G93": "write F in mm/min", "G94": "remove it: F is mm/min",
-    "S": "remove it: the spindle is not simulated", "T": "remove it: the tool is that of the data sheet",
-    "M3": "remove it: the spindle is not simulated", "M4": "remove it: the spindle is not simulated",
-    "M5": "remove it: the spindle is not simulated", "M6": "remove it: the tool is that of the data sheet",
-    "M8": "remove it: coolant is not simulated", "M9": "remove it: coolant is not simulated",
-    "P": "write one block for each turn", "K": "arcs run in the XY plane: write I and J",
 }  # fmt: skip
 
 
@@ -58,27 +46,58 @@ def read_gcode(text: str, file: str | None = None) -> list[Block]:
     Raises
     ------
     ProgramError
-        with file and line of the first ten problems.
+        with file and line of the first fifty problems, and how many lines more are wrong.
     """
-    reader, problems = _Reader(), []
+    reader, found = _Reader(), _Found(file)
     lines = text.split("\n")
     for number, line in enumerate(lines, 1):
         try:
             reader.line(number, line.removesuffix("\r"))
         except ProgramError as error:
             reader.sure = False
-            problems += error.at(file=file, line=number).problems
-            if len(problems) >= MOST_PROBLEMS:
+            found.add(error, number)
+            if found.more >= _MOST_COUNTED:
                 break
     else:
         try:
             reader.close()
         except ProgramError as error:
-            last = max((n for n, line in enumerate(lines, 1) if line.strip()), default=1)
-            problems += error.at(file=file, line=last).problems
-    if problems:
-        raise ProgramError(problems=problems)
+            found.add(error, max((n for n, line in enumerate(lines, 1) if line.strip()), default=1))
+    found.tell()
     return reader.blocks
+
+
+class _Found:
+    """The problems of a program: the first ones whole, of the rest the number of lines."""
+
+    def __init__(self, file: str | None):
+        self.file = file
+        self.problems: list[Problem] = []
+        self.more, self.since = 0, None
+
+    def add(self, error: ProgramError, line: int):
+        room = MOST_PROBLEMS - len(self.problems)
+        problems = error.at(file=self.file, line=line).problems
+        self.problems += problems[:room]
+        if len(problems) > room:
+            self.more += 1
+            self.since = self.since or line
+
+    def tell(self):
+        if self.more:
+            count = "1 line more is" if self.more == 1 else f"{self.more} lines more are"
+            if self.more >= _MOST_COUNTED:
+                count, cure = f"{count} wrong, and there may be more", "check that this is an NC program"
+            else:
+                count, cure = f"{count} wrong", None
+            self.problems.append(Problem(f"from here on {count}", file=self.file, line=self.since, cure=cure))
+        if self.problems:
+            raise ProgramError(problems=self.problems)
+
+
+def _code(word: Word) -> str:
+    """ "G01" -> "G1", "X10" -> "X"."""
+    return f"{word.letter}{word.value:g}" if word.letter in "GM" else word.letter
 
 
 class _Reader:
@@ -149,47 +168,41 @@ class _Reader:
             raise ProgramError("an arc without an end", cure="write X and Y, and I and J or R")
 
     def _sort(self, found):
-        """Codes by modal group, and the other words by letter."""
+        """Codes by modal group, and the other words by letter.  Every wrong word is told, not only the first."""
         codes: dict[str, str] = {}
         given: dict[str, Word] = {}
+        problems: list[Problem] = []
+        strange = [code for code in map(_code, found) if code[0] in "GM" and code not in _GROUPS]
         for place, word in enumerate(found):
-            letter = word.letter
+            letter, code = word.letter, _code(word)
             if letter in "GM":
-                code = f"{letter}{word.value:g}"
                 group = _GROUPS.get(code)
                 if group is None:
-                    raise ProgramError("not in the subset", value=word.text, cure=self._cure(code))
-                if group in codes:
-                    raise ProgramError(
-                        "two words of one kind in a block",
-                        value=f"{codes[group]} {code}",
-                        cure="write them in two blocks",
-                    )
-                codes[group] = code
-                continue
-            if letter == "N":
-                if place:
-                    raise ProgramError("N is not the first word of its block", value=word.text)
-                if not word.value.is_integer() or word.value < 0:
-                    raise ProgramError("a line number is a whole number", value=word.text)
-            elif letter not in _AXES + "IJRF":
-                raise ProgramError("not in the subset", value=word.text, cure=self._cure(letter))
-            if letter in given:
-                raise ProgramError(
-                    f"{letter} twice in a block", value=f"{given[letter].text} {word.text}", cure="write it once"
-                )
-            given[letter] = word
+                    problems.append(Problem("not in the subset", value=word.text, cure=cure_of(code)))
+                elif group in codes:
+                    rule, both = "two words of one kind in a block", f"{codes[group]} {code}"
+                    problems.append(Problem(rule, value=both, cure="write them in two blocks"))
+                else:
+                    codes[group] = code
+            elif letter not in _AXES + "IJRFN":
+                problems.append(Problem("not in the subset", value=word.text, cure=cure_of(code, strange)))
+            elif letter == "N" and place:
+                problems.append(Problem("N is not the first word of its block", value=word.text, cure="remove it"))
+            elif letter == "N" and not (word.value.is_integer() and word.value >= 0):
+                problems.append(Problem("a line number is a whole number", value=word.text, cure="write e.g. N10"))
+            elif letter in given:
+                both = f"{given[letter].text} {word.text}"
+                problems.append(Problem(f"{letter} twice in a block", value=both, cure="write it once"))
+            else:
+                given[letter] = word
+        if problems:
+            raise ProgramError(problems=problems)
         return codes, given
-
-    @staticmethod
-    def _cure(code):
-        known = "this reader knows G0-G3, G17, G20, G21, G90, G91, M2, M30 and X Y Z A B C I J R F N"
-        return _CURES.get(code) or _CURES.get(code.split(".")[0]) or known
 
     def _set_feed(self, word, codes):
         if not word.value > 0:
             self.feed, self.turn_feed = 1.0, 1.0  # so that the next blocks do not complain as well
-            raise ProgramError("the feed must be above 0", value=word.text)
+            raise ProgramError("the feed must be above 0", value=word.text, cure="write F in mm/min, e.g. F1000")
         unit = {"G20": 25.4e-3, "G21": 1e-3}.get(codes.get(_UNITS), self.unit)
         if unit != self.unit:
             self.feed, self.turn_feed = 1.0, 1.0

@@ -20,6 +20,8 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 # comments that LinuxCNC acts on; (MSG, ...) is only shown
 _ACTIVE = re.compile(r"\s*(LOG|LOGOPEN|LOGAPPEND|LOGCLOSE|PROBEOPEN|PROBECLOSE|DEBUG|PRINT|PY|ABORT)\s*[,)]", re.I)
 
+_PROGRAM_NUMBER = re.compile(r"\s*O\s*[0-9]+\s*(?:\([^()]*\)\s*)*(?:;.*)?", re.I)
+
 
 class Word(NamedTuple):
     """A letter, its number, and how it was written."""
@@ -80,9 +82,11 @@ def _word(line, at):
         at += 1
     found = _NUMBER.match(line, at)
     if letter == "O":
-        raise ProgramError("O words (subroutines, conditions, loops) are not in the subset", value=_show(line[start:]))
+        raise _o_word(line, start)
     if not found:
         following = line[at : at + 1]
+        if following in ("O", "o"):
+            raise _letter_o(line, start)
         if following in ("#", "["):
             raise ProgramError(
                 "parameters and expressions are not in the subset", value=_show(line[start:]), cure="write the number"
@@ -93,13 +97,29 @@ def _word(line, at):
     if re.match(r"E[0-9+-]", after):
         raise ProgramError("a number has no exponent", value=_show(line[start:]), cure="write all its digits")
     if after[:1] == ".":
-        raise ProgramError("a number has one point at most", value=_show(line[start:]))
+        raise ProgramError("a number has one point at most", value=_show(line[start:]), cure="remove one")
     if after[:1] == ",":
-        raise ProgramError("a number has a point, not a comma", value=_show(line[start:]))
+        raise ProgramError("a number has a point, not a comma", value=_show(line[start:]), cure="write a point")
+    if after[:1] == "O":
+        raise _letter_o(line, start)
     value = float(found[0])
     if letter != "N" and not abs(value) <= LARGEST:
-        raise ProgramError(f"{letter} is beyond {LARGEST:.0f}", value=_show(found[0]))
+        cure = "F is mm/min: write at most" if letter == "F" else "write at most"
+        raise ProgramError(f"{letter} is beyond {LARGEST:.0f}", value=_show(found[0]), cure=f"{cure} {LARGEST:.0f}")
     return Word(letter, value, f"{letter}{found[0]}"), end
+
+
+def _o_word(line, at):
+    if _PROGRAM_NUMBER.fullmatch(line):
+        return ProgramError(
+            "a program number", value=_show(line[at:].partition("(")[0]), cure="remove it: programs have no number"
+        )
+    rule = "O words (subroutines, conditions, loops) are not in the subset"
+    return ProgramError(rule, value=_show(line[at:]), cure="write out the blocks that it runs")
+
+
+def _letter_o(line, start):
+    return ProgramError("a letter O in a number", value=_show(line[start:]), cure="did you mean zero?")
 
 
 def _stray(line, at, before):

@@ -53,6 +53,10 @@ def _plane():
     )
 
 
+def _direction():
+    return Field("ccw", description="counter-clockwise, or clockwise, seen from +z of the plane")
+
+
 class Circle(Program):
     """A circle about `center`, from the angle `start` (from x towards y of its plane) on for `turns` turns."""
 
@@ -61,7 +65,7 @@ class Circle(Program):
     center: Array = _center()
     start: float = quantity("rad", "angle of the first point", default=0.0)
     turns: float = quantity("", "turns, 0.5 is half a circle", default=1.0, above=0, at_most=1000)
-    direction: Literal["ccw", "cw"] = "ccw"
+    direction: Literal["ccw", "cw"] = _direction()
     plane: Array = _plane()
     abc: Array = _abc()
 
@@ -82,7 +86,7 @@ class Ellipse(Program):
     center: Array = _center()
     start: float = quantity("rad", "parameter phi of the first point", default=0.0)
     turns: float = quantity("", "turns", default=1.0, above=0, at_most=1000)
-    direction: Literal["ccw", "cw"] = "ccw"
+    direction: Literal["ccw", "cw"] = _direction()
     plane: Array = _plane()
     abc: Array = _abc()
 
@@ -121,7 +125,7 @@ class Line(Program):
 
     to: Array = quantity("m", "last point", shape=(3,))
     begin: Array = quantity("m", "first point", default=(0.0, 0.0, 0.0), shape=(3,))
-    back: bool = False
+    back: bool = Field(False, description="come back to the first point")
     feed: float = _feed()
     abc: Array = _abc()
 

@@ -12,7 +12,7 @@ from .. import __version__
 PACKAGES = ("numpy", "casadi", "llvmlite", "xarray", "pydantic")
 
 
-def of(job, ticks: int, wall: float) -> dict[str, Any]:
+def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
     """The record of one run of `ticks` samples that took `wall` seconds."""
     law = job.law.to_file()
     law.pop("machine", None)
@@ -32,7 +32,8 @@ def of(job, ticks: int, wall: float) -> dict[str, Any]:
         "hashes": {name: part.digest() for name, part in parts.items()},
         "wall_time": wall,
         "simulated_time": ticks * job.run_part.period,
-        "metrics": job.sums.result(),
+        "metrics": metrics,
+        "warnings": list(job.notes),
         "reversals": job.sums.reversals,
         "circles": [circle.to_json() for circle in job.motion.path.circles],
         "drawing": job.believed.drawing(job.believed.home),

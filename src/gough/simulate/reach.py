@@ -5,29 +5,25 @@ Stroke, cones and singularities end a run; the declared workspace and a poor con
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from ..errors import RunError, SingularityError
 from ..frames import quaternion_of_abc_np
 from ..machine.workspace import check_poses, outside_workspace, workspace_margins
 from ..program.reference import Motion
+from .notes import Notes, ReachWarning
 
 THIN = 16  # what changes slowly along a path is looked at every so many samples
 CHUNK = 8192
 MOST = 500_000  # poses that are looked at before a run; a longer motion is looked at in larger steps
 
 
-class ReachWarning(UserWarning):
-    """The motion leaves the declared workspace, or comes near a singularity."""
-
-
 class Reach:
     """Looks at the poses of one motion, chunk by chunk."""
 
-    def __init__(self, machine, motion: Motion, period: float):
+    def __init__(self, machine, motion: Motion, period: float, notes: Notes | None = None):
         self.machine, self.motion, self.period = machine, motion, period
+        self.notes = Notes() if notes is None else notes
         self._warned: set[str] = set()
 
     def of(self, k: int, x) -> tuple[int, RunError | None]:
@@ -63,7 +59,7 @@ class Reach:
     def _warn(self, what: str, error: RunError):
         if what not in self._warned:
             self._warned.add(what)
-            warnings.warn(str(error), ReachWarning, stacklevel=5)
+            self.notes.warn(str(error), ReachWarning)
 
     def _place(self, k):
         line = int(self.motion.book(k, k + 1, self.period).line[0])

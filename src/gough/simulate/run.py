@@ -29,6 +29,7 @@ from ..program.base import Program
 from ..program.reference import Reference
 from ..quantities import brief
 from . import provenance, stability, tick
+from .notes import EffortWarning, Notes
 from .plant import Plant
 from .reach import Reach
 
@@ -38,6 +39,7 @@ _MAKE = {
     "program": 'gk.load_program("part.ngc") or gk.Circle(radius=0.1, feed=0.05)',
     "plant": "gk.Plant(machine=machine, payload=20.0), or a machine",
 }
+SATURATED = 0.05  # share of samples with a drive at its limit from which a run warns
 MOST_ROWS = 2_000_000  # of a log; some 5 GB
 CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and calls cost nothing
 
@@ -132,19 +134,23 @@ class _Job:
                 cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
             )
         self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
-        self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict)
-        self.reach = Reach(machine, self.motion, run.period)
+        self.notes = Notes()
+        self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
+        self.reach = Reach(machine, self.motion, run.period, self.notes)
         self.meter = ContourMeter(self.motion)
         self.sums = Accumulator(run.period)
         first = self.motion.sample(0, 1, run.period)
         self.row = Reference(*(column[0] for column in first))
+        _, unreachable = self.reach.of(0, first.x)
+        if unreachable is not None:
+            raise unreachable
         self.kept: list[dict[str, np.ndarray]] = []
         self._start()
 
     def _start(self):
         """The plant at rest at the first reference, the law so that nothing moves."""
         x0, d = self.row.x, len(self.believed.task)
-        if not np.array_equal(self.believed.theta, self.true.theta):  # joints as read, on the true geometry
+        if np.abs(self.true.inverse_kinematics(x0) - self.row.q).max() > 1e-12:  # joints as read, on the true geometry
             x0 = self.true.forward_kinematics(self.row.q, near=x0)
         u0 = self.true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), self.plant.wrench)
         state = self.law.init(self.row, u0)
@@ -258,7 +264,13 @@ class _Job:
             dim, units, meaning = self._told(name)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
-        return builder.build(provenance.of(self, ticks, wall), status, "" if error is None else str(error))
+        metrics = self.sums.result()
+        share = metrics["saturated"] or 0.0
+        if share > SATURATED:
+            self.notes.warn(
+                f"{self.law.kind}: a drive is at its limit in {100 * share:.3g} % of the samples", EffortWarning
+            )
+        return builder.build(provenance.of(self, metrics, ticks, wall), status, "" if error is None else str(error))
 
     def _told(self, name: str) -> tuple:
         """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""

@@ -11,7 +11,6 @@ friction and quantisation, is linearised at rest by central differences; a spect
 from __future__ import annotations
 
 import math
-import warnings
 from functools import lru_cache
 
 import casadi as ca
@@ -21,14 +20,11 @@ from ..declare import Shape
 from ..errors import ExperimentError
 from ..kernel.pack import flatten
 from . import tick
+from .notes import Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
-
-
-class StabilityWarning(UserWarning):
-    """The closed loop of law, period and machine grows."""
 
 
 def fastest_pole(machine) -> float:
@@ -112,8 +108,8 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
     return float(np.abs(np.linalg.eigvals(np.stack(columns, -1))).max())
 
 
-def check_loop(machine, law, period: float, substeps: int, strict: bool = False) -> float | None:
-    """Warn (`strict`: refuse) when law and period do not go together on this machine.
+def check_loop(machine, law, period, substeps, strict: bool = False, notes: Notes | None = None) -> float | None:
+    """Warn (`strict`: refuse) when law and period do not go together on this machine; `notes` keeps the warning.
 
     The spectral radius a sample of the law; None for a law in plain NumPy.
 
@@ -133,7 +129,7 @@ def check_loop(machine, law, period: float, substeps: int, strict: bool = False)
         cure = "lower the bandwidth or shorten the period"
         if strict:
             raise ExperimentError(rule, key="controller", value=value, limit="1", cure=cure)
-        warnings.warn(f"{rule}: {value}; {cure}", StabilityWarning, stacklevel=3)
+        (Notes() if notes is None else notes).warn(f"{rule}: {value}; {cure}", StabilityWarning)
     return radius
 
 
