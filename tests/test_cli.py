@@ -306,6 +306,31 @@ def test_a_report_of_logs_stands_by_itself(gough, write, fake):
     assert ended.err.startswith("none.nc: ")
 
 
+def test_a_report_of_a_results_folder_takes_all_its_logs_and_leaves_them_there(gough, write, fake, tmp_path):
+    fake()
+    write("first.toml", EXPERIMENT)
+    gough("run", "first.toml")
+    both = ["results/first/computed_torque.nc", "results/first/pid.nc"]
+    told = gough("report", "results/first", "--json").json
+    assert [c["log"] for c in told["controllers"]] == both
+    assert told["report"] == "results/first-report/report.html"
+    assert (tmp_path / "results/first-report/report.html").read_text().startswith("2 logs")
+    # its own folder would be replaced, and the logs with it
+    ended = gough("report", "results/first", "-o", "results/first", "--force")
+    assert ended.status == 2
+    assert "the folder holds the logs themselves" in ended.err and "--out" in ended.err
+    assert all((tmp_path / log).exists() for log in both)
+
+
+def test_a_report_of_a_folder_without_logs_is_an_error_that_says_so(gough, tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "notes.txt").write_text("no log")
+    ended = gough("report", "empty")
+    assert ended.status == 2
+    assert ended.err == "empty: the folder holds no log; name a results folder, or logs: files that end in .nc\n"
+    assert not (tmp_path / "results").exists()
+
+
 # -- check, machines, show, new ----------------------------------------------------------------------------------------
 
 

@@ -233,3 +233,20 @@ def test_a_machine_named_experiment_does_not_overwrite_the_experiment(write):
     write("m.toml", SHEET, {'"mine"': '"experiment"'})
     files = resolved(load_experiment(write("f.toml", EXPERIMENT, {'"nist-octahedral"': '"m.toml"'})))
     assert set(files) == {"experiment.toml", "used-experiment.toml"}
+
+
+def test_a_wrong_kind_does_not_hide_the_other_mistakes_of_its_table(write):
+    text = EXPERIMENT.replace('kind = "pid"\n', 'kind = "pdi"\nbandwith = "9 Hz"\n')
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(write("a.toml", text))
+    told = [(p.key, p.cure) for p in caught.value.problems]
+    assert ("controller.0.kind", "did you mean pid?") in told
+    assert ("controller.0.bandwith", "did you mean bandwidth?") in told
+
+
+def test_another_kind_of_friction_is_another_table(write):
+    text = EXPERIMENT + '\n[plant]\n"friction.kind" = "stribeck"\n'
+    with pytest.raises(ExperimentError, match="plant.friction.kind: another kind is another table"):
+        load_experiment(write("a.toml", text))
+    whole = EXPERIMENT + '\n[plant]\nfriction = { kind = "stribeck", coulomb = "200 N" }\n'
+    assert load_experiment(write("b.toml", whole)).plant.machine.friction.kind == "stribeck"

@@ -58,12 +58,16 @@ def test_a_quantity_is_read_in_si(text, expected, value):
     ("text", "expected", "message"),
     [
         ("20", "m", r"^'20' has no unit; write e\.g\. \"20 m\"$"),
-        ("20 kg", "m", r"^'20 kg' is not a quantity in m$"),
-        ("20 m", "m/s", r"^'20 m' is not a quantity in m/s$"),
-        ("20 deg", "1", "is not a quantity in 1"),
+        ("20 kg", "m", r"^'20 kg' is not a quantity in m; write e\.g\. \"20 m\"$"),
+        ("20 m", "m/s", r"^'20 m' is not a quantity in m/s; write e\.g\. \"20 m/s\"$"),
+        ("20 deg", "1", r"^'20 deg' is not a quantity in 1; write the number alone, e\.g\. 20$"),
+        ("3 m", "", r"^'3 m' is not a number; write the number alone, e\.g\. 3$"),
         ("20", "rad", "has no unit"),
-        ("20 Hz", "rad/s", r"^'20 Hz' is not a quantity in rad/s$"),  # a factor of 2 pi would hide here
-        ("20 rad/s", "Hz", r"^'20 rad/s' is not a quantity in Hz$"),
+        # a factor of 2 pi would hide here
+        ("20 Hz", "rad/s", r"^'20 Hz' is not a quantity in rad/s; 1 Hz is 2 pi rad/s: multiply by it$"),
+        ("20 rad/s", "Hz", r"^'20 rad/s' is not a quantity in Hz; 1 Hz is 2 pi rad/s: divide by it$"),
+        ("85,5 kg", "kg", r"^'85,5 kg' has a comma in its number; write a decimal point$"),
+        ("85,", "kg", "is not a unit"),
         ("20 milimeter", "m", r"^no unit 'milimeter'"),
         ("20 MM", "m", r"^no unit 'MM'; did you mean mm\?$"),
         ("20 kn", "N", r"^no unit 'kn'; did you mean kN\?$"),
@@ -125,7 +129,9 @@ def test_every_divided_atom_divides_and_only_that_one():
     [
         (1.27e-5, "m", "12.7 um"), (0.5, "m", "500 mm"), (3.0, "m", "3 m"), (2e-9, "m", "2 nm"), (0.0, "m", "0 m"),
         (-0.02, "m", "-20 mm"), (1234.0, "N", "1.234 kN"), (999.0, "N", "999 N"), (2.5e-4, "s", "250 us"),
-        (1e-3, "rad", "1 mrad"), (0.05, "m/s", "0.05 m/s"), (5.0, "1", "5"), (float("nan"), "m", "nan m"),
+        (1e-3, "rad", "1 mrad"), (0.0174, "rad", "17.4 mrad"), (math.pi / 180, "rad", "1 deg"),
+        (-1.5, "rad", "-85.94 deg"), (2e-6, "rad", "2 urad"), (0.0, "rad", "0 rad"),
+        (0.05, "m/s", "0.05 m/s"), (5.0, "1", "5"), (float("nan"), "m", "nan m"),
         (9.99999e-4, "m", "1 mm"),  # not 1000 um
     ],
 )  # fmt: skip

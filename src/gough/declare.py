@@ -279,6 +279,10 @@ class Part(BaseModel):
     def _changed(self, name: str, old: Any, raw: Any, from_file: bool) -> Any:
         spec = self.specs().get(name)
         if spec is None:
+            if name == "kind" and raw != old:
+                raise InputError(
+                    "another kind is another table", value=brief(raw), cure=f"write {{ kind = {raw!r}, ... }}"
+                )
             if not isinstance(raw, Mapping):
                 return raw
             if isinstance(old, Part) and raw.get("kind", getattr(old, "kind", None)) == getattr(old, "kind", None):

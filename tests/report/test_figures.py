@@ -11,6 +11,7 @@ from conftest import make_log
 from gough.errors import LogError
 from gough.report import figures, style
 from gough.report.figures import circle, contour_error, forces, path, save_all, tracking, velocities
+from gough.report.prepare import force_range
 
 ALL = {
     "contour_error": contour_error,
@@ -82,6 +83,13 @@ def test_what_is_not_counted_is_not_coloured():
     log.dataset["contour_error"].values[5000:9000] = 1.0
     (pieces,) = path(log).collections
     assert pieces.get_array().max() < 100  # um
+
+
+def test_figures_of_forces_can_share_what_their_axes_show(short, logs):
+    span = force_range([short, logs[1]])
+    assert span == (min(log["u"].min() for log in (short, logs[1])), max(log["u"].max() for log in (short, logs[1])))
+    ends = [forces(log, span=span).get_ylim() for log in (short, logs[1])]
+    assert ends[0] == ends[1] and ends[0][0] < span[0] < span[1] < ends[0][1]
 
 
 def test_log_plot_leads_to_the_figures(short):

@@ -204,14 +204,63 @@ def test_all_controllers_are_laid_over_one_another_on_each_circle(parsed):
 
 def test_a_failed_log_is_marked_before_anything_else(logs):
     found = Page(page([logs[0], make_log("b", seconds=1.0, rate=100, failed="strut 3 is too long")]))
-    assert 0 < found.text.index("FAILED b: strut 3 is too long") < found.text.index("In numbers")
+    assert 0 < found.text.index("FAILED at 1.00 s b: strut 3 is too long") < found.text.index("In numbers")
+    assert "b, FAILED at 1.00 s" in found.text[found.text.index("In numbers") :]  # the head of its column
     assert "FAILED" not in Page(page([logs[0]])).text
+
+
+def warned(log, found):
+    from gough.log import Log
+
+    return Log(log.dataset.assign_attrs(gough=json.dumps(log.info | {"warnings": found})))
+
+
+def test_what_the_simulation_warned_of_stands_above_the_verdict_by_controller(short, logs):
+    found = Page(page([warned(short, ["the loop is <b>unstable</b>", "strut 2 is near its end"]), logs[1]]))
+    above = found.text[: found.text.index("follows the path")]
+    assert "Warned PID" in above and "Warned computed torque" not in above
+    assert "the loop is <b>unstable</b>" in above and "strut 2 is near its end" in above
+    assert [attrs.get("role") for tag, attrs in found.tags if attrs.get("class") == "warned"] == ["note"]
+
+
+@pytest.mark.parametrize("found", [None, [], "text", {"a": 1}, [None, ""]])
+def test_a_log_without_warnings_has_no_box(short, found):
+    assert not any(attrs.get("class") == "warned" for _, attrs in Page(page(warned(short, found))).tags)
+
+
+def test_of_very_many_warnings_some_are_shown_and_the_rest_counted(short):
+    text = Page(page(warned(short, [f"warning {i}." for i in range(1000)]))).text
+    assert "warning 11." in text and "warning 12." not in text and "988 more" in text
+
+
+def test_the_terms_of_the_table_are_said_under_it(parsed):
+    below = parsed.text[parsed.text.index("In numbers") : parsed.text.index("Seen in the")]
+    for term in ("Contour error:", "within 5 mm + 0.1 s of feed", "Lag:", "Velocity reversal:", "Glitch:"):
+        assert term in below, term
+
+
+def test_forces_of_all_controllers_share_one_scale_that_shows_them_all(logs, parsed):
+    layouts = [parsed.charts[f"forces-{i}"]["layout"]["yaxis"] for i in range(2)]
+    assert layouts[0]["range"] == layouts[1]["range"] and layouts[0]["title"] == layouts[1]["title"]
+    low, high = layouts[0]["range"]
+    for i in range(2):
+        for k, trace in enumerate(parsed.charts[f"forces-{i}"]["data"]):
+            y = unpacked(trace["y"])
+            assert low < y.min() and y.max() < high
+            assert trace["name"] == f"strut {k + 1}"
+
+
+def test_the_tool_is_the_thickest_part_of_the_machine(parsed):
+    width = {trace["name"]: trace["line"]["width"] for trace in parsed.charts["machine"]["data"]}
+    assert width.pop("tool") > 2 * max(width.values())
+    (tool,) = (trace for trace in parsed.charts["machine"]["data"] if trace["name"] == "tool")
+    assert tool["marker"]["size"] == [0, 7], "a tool without length is a dot"
 
 
 @pytest.mark.parametrize("rows", [0, 1])
 def test_a_run_that_failed_at_once_still_has_its_page(rows, tmp_path):
     target = report(make_log(seconds=rows / 1000, failed="no path"), tmp_path / "new")
-    assert "FAILED PID: no path" in Page(target.read_text("utf-8")).text
+    assert f"FAILED at {'0.001' if rows else '0.00'} s PID: no path" in Page(target.read_text("utf-8")).text
 
 
 def test_a_log_without_anything_known_still_has_its_page():

@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..errors import InputError, RunError
+from ..errors import ExperimentError, InputError, LogError, RunError
 from ..experiment import Experiment, load_experiment
 from ..experiment.resolve import resolved
 from ..files import write_atomic
 from ..names import slug
-from ..results import results_folder
+from ..results import made_by_gough, results_folder
 from .end import Outcome, show_warning
 from .progress import Shown
 from .together import together
@@ -61,11 +61,18 @@ def run_file(
 
 
 def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: bool, outcome: Outcome) -> None:
-    """Write the report of logs that are there; default beside the first."""
+    """Write the report of logs that are there, a folder standing for all in it; by default into results/."""
     from ..log import Log
 
+    # results/first is a folder of logs already, so its report is not called "first"
+    name = "-".join(f"{path.resolve().name}-report" if path.is_dir() else path.stem for path in paths)
+    target = out or Path("results") / slug(name)
+    paths = [log for path in paths for log in _logs_in(path)]
+    if made_by_gough(target) and any(target.resolve() == path.resolve().parent for path in paths):
+        # a results folder is replaced whole: the logs would be gone
+        cure = "choose another folder with --out"
+        raise ExperimentError("the folder holds the logs themselves", key="--out", value=str(target), cure=cure)
     logs = [Log.load(path) for path in paths]
-    target = out or Path("results") / slug("-".join(path.stem for path in paths))
     with results_folder(target, force) as folder:
         page = _page(logs, folder)
     outcome.data.update(
@@ -76,6 +83,17 @@ def report_logs(paths: Sequence[Path], out: Path | None, force: bool, quiet: boo
         outcome.say(_table(logs))
     if not outcome.as_json:
         outcome.say(f"report: {target / page}")
+
+
+def _logs_in(path: Path) -> list[Path]:
+    """The path of a log, or of every log in a folder."""
+    if not path.is_dir():
+        return [path]
+    found = sorted(path.glob("*.nc"))
+    if not found:
+        cure = "name a results folder, or logs: files that end in .nc"
+        raise LogError("the folder holds no log", file=str(path), cure=cure)
+    return found
 
 
 class Ended(NamedTuple):

@@ -48,11 +48,26 @@ def controller_of(table: Any) -> Controller:
     if "kind" not in table:
         raise ExperimentError("is missing", key="kind", cure=f"one of {', '.join(laws())}")
     kind = table["kind"]
-    law = law_class(kind)
+    try:
+        law = law_class(kind)
+    except ExperimentError as error:
+        raise ExperimentError(problems=[*error.problems, *_mistakes_beside(kind, table)]) from None
     if "machine" in table:
         raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
     has_kind = "kind" in law.model_fields
     return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
+
+
+def _mistakes_beside(kind: Any, table: Mapping[str, Any]) -> tuple[Problem, ...]:
+    """What else is wrong in a table of an unknown kind, read as the nearest one that there is."""
+    near = nearest(kind, laws()) if isinstance(kind, str) else None
+    if near is None:
+        return ()
+    try:
+        controller_of({**table, "kind": near})
+    except InputError as error:  # what is missing depends on the kind, and that is not known
+        return tuple(p for p in error.problems if p.rule != "is missing")
+    return ()
 
 
 def sheet_machine(table: Mapping[str, Any], folder: Path) -> Machine:

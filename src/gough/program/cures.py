@@ -45,5 +45,5 @@ _OWNED = "DHKLPQ"  # letters whose meaning depends on the code beside them
 def cure_of(code: str, beside: Collection[str] = ()) -> str:
     """The cure for a code ("G41", "G28.1") or a letter; `beside`: the other codes of its block not in the subset."""
     if code in _OWNED and beside:
-        return f"remove it, with {' '.join(beside)}"
+        return f"remove it, with {' and '.join(beside)}"
     return _CURES.get(code) or _CURES.get(code.split(".")[0]) or _KNOWN

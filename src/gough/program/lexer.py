@@ -111,9 +111,9 @@ def _word(line, at):
 
 def _o_word(line, at):
     if _PROGRAM_NUMBER.fullmatch(line):
-        return ProgramError(
-            "a program number", value=_show(line[at:].partition("(")[0]), cure="remove it: programs have no number"
-        )
+        number = _show(line[at:].partition("(")[0].partition(";")[0])
+        cure = "remove it: programs have no number"
+        return ProgramError("a program number is not in the subset", value=number, cure=cure)
     rule = "O words (subroutines, conditions, loops) are not in the subset"
     return ProgramError(rule, value=_show(line[at:]), cure="write out the blocks that it runs")
 

@@ -44,7 +44,7 @@ def _abc():
 
 
 def _center():
-    return quantity("m", "centre of the circle", default=(0.0, 0.0, 0.0), shape=(3,))
+    return quantity("m", "centre of the curve", default=(0.0, 0.0, 0.0), shape=(3,))
 
 
 def _plane():

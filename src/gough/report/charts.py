@@ -29,13 +29,14 @@ from .prepare import (
     spans,
     thin,
     tip,
+    with_margin,
 )
 from .style import COLOURS, ERROR_SCALE, INK
 
 GRID = "#e6eaee"
 _FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", "size": 12.5}
 _SCALE = [list(stop) for stop in ERROR_SCALE]
-_PARTS = {"base": ("#4a545e", 6), "platform": ("#0072B2", 6), "strut": ("#8d98a3", 5), "tool": ("#D55E00", 6)}
+_PARTS = {"base": ("#4a545e", 6), "platform": ("#0072B2", 6), "strut": ("#8d98a3", 5), "tool": ("#D55E00", 16)}
 
 
 def contour(logs: list[Log], names: list[str]) -> dict[str, Any]:
@@ -155,21 +156,24 @@ def circle(found: list[tuple[int, str, Circle]]) -> tuple[dict[str, Any], str]:
     return {"data": data, "layout": layout}, head
 
 
-def forces(log: Log) -> dict[str, Any]:
-    """Forces of the struts as applied."""
+def forces(log: Log, span: tuple[float, float] | None = None) -> dict[str, Any]:
+    """Forces of the struts as applied; `span` (N), smallest and largest, is shared by all logs of a page."""
     u = log["u"]
-    scale = scale_for(u, "N")
+    scale = scale_for(u if span is None else span, "N")
     data = []
     for i in range(u.shape[1]):
         y = scale.times * u[:, i]
         rows = thin(y, LIMIT // 2)
         data.append(
-            _line(log.t[rows], y[rows], f"{i + 1}", COLOURS[i % 6], 1.0)
+            _line(log.t[rows], y[rows], f"strut {i + 1}", COLOURS[i % 6], 1.0)
             | {"hovertemplate": f"strut {i + 1}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
         )
-    layout = _layout("time [s]", f"force [{scale.unit}]", 360) | {"shapes": _bands(log)}
-    layout["legend"] |= {"title": {"text": "strut "}, "itemwidth": 30, "entrywidth": 16}
+    layout = _layout("time [s]", f"force [{scale.unit}]", 380) | {"shapes": _bands(log)}
+    layout["legend"] |= {"itemwidth": 30, "entrywidth": 42}
+    layout["margin"]["t"] = 80  # two rows of legend under the buttons
     layout["xaxis"] |= _extent([log])
+    if span is not None:
+        layout["yaxis"] |= {"range": [scale.times * end for end in with_margin(span)]}
     return {"data": data, "layout": layout}
 
 
@@ -183,6 +187,9 @@ def machine(log: Log) -> dict[str, Any] | None:
         name = str(part.get("name", ""))
         colour, width = next((look for key, look in _PARTS.items() if name.startswith(key)), ("#8d98a3", 4))
         data.append(_space(points, name, colour, width))
+        if name == "tool":  # a dot at its tip, because a sheet may have a tool without length
+            sizes = [0] * (len(points) - 1) + [7]
+            data[-1] |= {"mode": "lines+markers", "marker": {"size": sizes, "color": colour, "line": {"width": 0}}}
         corners.append(points)
     if not data:
         return None

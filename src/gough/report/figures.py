@@ -7,6 +7,7 @@ the largest value is always drawn (prepare.thin).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from .prepare import (
     circle_numbers,
     circles,
     counted,
+    force_range,
     human,
     labels,
     magnification,
@@ -33,6 +35,7 @@ from .prepare import (
     spans,
     thin,
     tip,
+    with_margin,
 )
 
 DPI = 150
@@ -163,9 +166,9 @@ def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None)
     return ax
 
 
-def forces(log: Log, ax: Any = None) -> Any:
-    """Forces of the struts, as applied, over time."""
-    return _joints(log, ax, "u", lambda log: log["u"], "N", "Strut forces", "force")
+def forces(log: Log, ax: Any = None, span: tuple[float, float] | None = None) -> Any:
+    """Forces of the struts, as applied, over time; `span` (N) is what the axis shows, to compare several logs."""
+    return _joints(log, ax, "u", lambda log: log["u"], "N", "Strut forces", "force", span)
 
 
 def velocities(log: Log, ax: Any = None) -> Any:
@@ -195,6 +198,7 @@ def save_all(logs: Log | Iterable[Log], folder: str | Path) -> list[Path]:
         drawn.append(("contour_error", lambda: contour_error(having)))
     for number in circle_numbers(logs)[:MOST_CIRCLES]:
         drawn.append((f"circle_{number}", lambda number=number: circle(logs, number)))
+    alike = {"forces": partial(forces, span=force_range(logs))}
     for log, name in zip(logs, labels(logs), strict=True):
         for figure, needed in (
             (path, ("x", "contour_error")),
@@ -203,7 +207,8 @@ def save_all(logs: Log | Iterable[Log], folder: str | Path) -> list[Path]:
             (tracking, ("q", "q_r")),
         ):
             if all(key in log for key in needed):
-                drawn.append((f"{figure.__name__}_{slug(name)}", lambda figure=figure, log=log: figure(log)))
+                kind = figure.__name__
+                drawn.append((f"{kind}_{slug(name)}", partial(alike.get(kind, figure), log)))
     used: set[str] = set()
     out = []
     for name, draw in drawn:
@@ -223,16 +228,25 @@ def rate(log: Log) -> np.ndarray:
 
 
 def _joints(
-    log: Log, ax: Any, needed: str, values: Callable[[Log], np.ndarray], unit: str, title: str, what: str
+    log: Log,
+    ax: Any,
+    needed: str,
+    values: Callable[[Log], np.ndarray],
+    unit: str,
+    title: str,
+    what: str,
+    span: tuple[float, float] | None = None,
 ) -> Any:
     _need(log, needed)
     ax = ax or style.new_axes()
     data = values(log)
-    scale = scale_for(data, unit)
+    scale = scale_for(data if span is None else span, unit)
     for i in range(data.shape[1]):
         y = scale.times * data[:, i]
         rows = thin(y)
         ax.plot(log.t[rows], y[rows], label=f"{i + 1}", linewidth=0.8)
+    if span is not None:
+        ax.set_ylim(*(scale.times * end for end in with_margin(span)))
     style.label(ax, f"{title}: {_whose(log)}", "time [s]", f"{what} [{scale.unit}]")
     style.legend_above(ax)
     _failed([log], ax)

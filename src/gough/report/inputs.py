@@ -11,7 +11,7 @@ import tomli_w
 
 from ..log import Log
 from .sections import Section
-from .table import heads
+from .table import names as names_of
 
 # characters of one text on the page; the log holds the whole, and a page must stay quick to open
 LONGEST = 400_000
@@ -27,7 +27,7 @@ _PARTS = (
 
 def section(logs: list[Log], files: Mapping[str, str]) -> Section:
     """Every input and version, collapsed; what is the same for all logs stands once."""
-    names = heads(logs)
+    names = names_of(logs)
     programs = {_program_text(log) for log in logs}
     # a program among the files stands once, as the program with its line numbers
     parts = [_details(name, _pre(text)) for name, text in files.items() if text not in programs]

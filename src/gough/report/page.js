@@ -25,7 +25,7 @@
     const data = chart.data.map((trace) => {
       const [x, y, z] = [values(trace.x), values(trace.y), values(trace.z)];
       return {
-        type: "scatter", mode: "lines", name: trace.name, hoverinfo: "name",
+        type: "scatter", mode: trace.mode, name: trace.name, hoverinfo: "name", marker: trace.marker,
         line: { color: trace.line.color, width: trace.line.width / 2 },
         x: x.map((_, i) => c * x[i] - s * y[i]),
         y: x.map((_, i) => v * (s * x[i] + c * y[i]) + u * z[i]),

@@ -18,9 +18,10 @@ from ..files import write_atomic
 from ..log import Log
 from . import inputs, sections
 from .prepare import as_logs
-from .table import heads, verdict
+from .table import failed_at, names, verdict
 
 _HERE = Path(__file__).parent
+MOST_WARNINGS = 12  # of a controller; the log holds all
 
 
 def report(logs: Log | Iterable[Log], folder: str | Path, files: Mapping[str, str] | None = None) -> Path:
@@ -64,7 +65,7 @@ def page(logs: Log | Iterable[Log], files: Mapping[str, str] | None = None) -> s
             "policy": policy,
             "title": escape(_title(logs)),
             "kicker": escape(_kicker(logs)),
-            "banner": _banner(logs),
+            "banner": _banner(logs) + _warnings(logs),
             "verdict": escape(verdict(logs)),
             "contents": "".join(f'<a href="#{part.id}">{escape(part.heading)}</a>' for part in parts),
             "sections": "\n".join(part.html() for part in parts),
@@ -84,16 +85,31 @@ def _title(logs: list[Log]) -> str:
 
 def _kicker(logs: list[Log]) -> str:
     machines = ", ".join(dict.fromkeys(str(log.info.get("machine_name") or "") for log in logs)).strip(", ")
-    return " · ".join(filter(None, [machines, " and ".join(heads(logs))]))
+    return " · ".join(filter(None, [machines, " and ".join(names(logs))]))
 
 
 def _banner(logs: list[Log]) -> str:
     return "".join(
-        f'<div class="failed" role="alert"><strong>FAILED</strong> {escape(name)}: '
+        f'<div class="failed" role="alert"><strong>{escape(failed_at(log))}</strong> {escape(name)}: '
         f"{escape(log.reason or 'no reason given')}</div>\n"
-        for name, log in zip(heads(logs), logs, strict=True)
+        for name, log in zip(names(logs), logs, strict=True)
         if log.failed
     )
+
+
+def _warnings(logs: list[Log]) -> str:
+    """A box for each controller that the simulation warned of; logs of before it did have none."""
+    out = []
+    for name, log in zip(names(logs), logs, strict=True):
+        found = log.info.get("warnings")
+        texts = [str(text) for text in found if text] if isinstance(found, list) else []
+        if not texts:
+            continue
+        if len(texts) > MOST_WARNINGS:
+            texts[MOST_WARNINGS:] = [f"{len(texts) - MOST_WARNINGS} more, in the log: log.info"]
+        items = "".join(f"<li>{escape(text)}</li>" for text in texts)
+        out.append(f'<div class="warned" role="note"><strong>Warned</strong> {escape(name)}<ul>{items}</ul></div>\n')
+    return "".join(out)
 
 
 def _table(log: Log, key: str) -> dict:

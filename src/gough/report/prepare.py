@@ -106,6 +106,19 @@ def counted(log: Log) -> np.ndarray:
     return log["counted"] == 1 if "counted" in log else np.ones(len(log), bool)
 
 
+def force_range(logs: Iterable[Log]) -> tuple[float, float] | None:
+    """Smallest and largest force of all logs, N, for one scale in pictures that are compared; None if there is none."""
+    values = [log["u"][np.isfinite(log["u"])] for log in logs if "u" in log]
+    values = np.concatenate([v.ravel() for v in values]) if values else np.zeros(0)
+    return (float(values.min()), float(values.max())) if values.size else None
+
+
+def with_margin(span: tuple[float, float]) -> list[float]:
+    """The ends of an axis that shows `span` with a little room."""
+    room = 0.05 * (span[1] - span[0]) or 0.05 * abs(span[1]) or 1.0
+    return [span[0] - room, span[1] + room]
+
+
 def spans(flags: np.ndarray, t: np.ndarray) -> list[tuple[float, float]]:
     """Times from and to where `flags` (n,) holds."""
     flags = np.concatenate([[False], np.asarray(flags, bool), [False]])

@@ -10,11 +10,20 @@ import numpy as np
 
 from ..log import Log
 from . import charts as draw
-from .prepare import counted, human, labels, plane_of, scale_for, tip
+from .prepare import counted, force_range, labels, plane_of, scale_for, tip
 from .style import COLOURS
 from .table import heads, report_table
 
 MOST_CIRCLES = 12
+
+# as the meters of gough.measure take them
+TERMS = {
+    "Contour error": "distance of the tool tip to the programmed path, over feed moves only (G1 to G3); the closest "
+    "point is sought near the reference: within 5 mm + 0.1 s of feed along the path.",
+    "Lag": "how far that closest point is from the reference, along the path.",
+    "Velocity reversal": "the reference velocity of a strut changes its sign during a feed move, where friction shows.",
+    "Glitch": "of a reversal: the largest contour error in the 0.2 s after it, less the median of the 0.2 s before.",
+}
 
 
 class Section(NamedTuple):
@@ -47,16 +56,16 @@ def _table(logs: list[Log]) -> str:
     rows = []
     table = report_table(logs)
     for row in table:
+        looks = ["best" if i in row.best else "bad" if "FAILED" in value else "" for i, value in enumerate(row.values)]
         cells = "".join(
-            f'<td class="{"best" if i in row.best else "bad" if value == "FAILED" else ""}">{escape(value)}</td>'
-            for i, value in enumerate(row.values)
+            f'<td class="{look}">{escape(value)}</td>' for look, value in zip(looks, row.values, strict=True)
         )
         rows.append(f'<tr><th scope="row">{escape(row.label)}</th>{cells}</tr>')
-    caption = "Contour error: distance of the tool tip to the programmed path, over feed moves only (G1 to G3)."
-    caption += " Bold: the best." if any(row.best for row in table) else ""
+    caption = "<caption>Bold: the best of each line.</caption>" if any(row.best for row in table) else ""
+    terms = "".join(f"<div><dt>{term}:</dt><dd>{meaning}</dd></div>" for term, meaning in TERMS.items())
     return (
-        f'<div class="scroll"><table><caption>{caption}</caption><thead><tr><th></th>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
+        f'<div class="scroll"><table>{caption}<thead><tr><th></th>{head}</tr></thead>'
+        f'<tbody>{"".join(rows)}</tbody></table></div>\n<dl class="terms">{terms}</dl>'
     )
 
 
@@ -68,13 +77,13 @@ def _path(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section
     ]
     if not shown:
         return None
-    top = max(_top(log) for _, log, _ in shown)
+    top, told = max(_top(log) for _, log, _ in shown), heads(logs)
     plane = plane_of([tip(log) for _, log, _ in shown])
     length = scale_for(np.concatenate([tip(log)[:, [plane.first, plane.second]] for _, log, _ in shown]).ravel(), "m")
     boxes = []
-    for i, log, name in shown:
+    for i, log, _ in shown:
         charts[f"path-{i}"] = draw.path(log, top, length)
-        boxes.append(_figure(f"path-{i}", f"<b>{escape(human(name))}</b>", 430))
+        boxes.append(_figure(f"path-{i}", f"<b>{escape(told[i])}</b>", 430))
     note = f"Seen in the {plane.label} plane of W. Dark is far from the programmed path, a thin line is a rapid"
     note += "; the colours mean the same in each picture." if len(shown) > 1 else "."
     return Section("path", "Tool path coloured by contour error", _note(note) + _grid(boxes))
@@ -104,13 +113,14 @@ def _contour(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Sect
     return Section("contour", "Contour error over time", _note(note) + _box("contour", 400))
 
 
-def _forces(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Section | None:
-    boxes = []
-    for i, (log, name) in enumerate(zip(logs, names, strict=True)):
+def _forces(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Section | None:
+    boxes, span = [], force_range(logs)
+    for i, (log, head) in enumerate(zip(logs, heads(logs), strict=True)):
         if len(log) and "u" in log:
-            charts[f"forces-{i}"] = draw.forces(log)
-            boxes.append(_figure(f"forces-{i}", f"<b>{escape(human(name))}</b>", 360))
+            charts[f"forces-{i}"] = draw.forces(log, span)
+            boxes.append(_figure(f"forces-{i}", f"<b>{escape(head)}</b>", 380))
     note = "As the drives apply them; positive pushes a joint the way its coordinate grows: it lengthens a strut."
+    note += " The scale is the same in each picture." if len(boxes) > 1 else ""
     return Section("forces", "Strut forces", _note(note) + _grid(boxes)) if boxes else None
 
 

@@ -10,6 +10,8 @@ from ..log import Log
 from .prepare import Scale, as_logs, human, labels, scale_for
 
 NONE = "–"
+STABLE = 1 + 1e-6  # largest spectral radius of a stable loop; simulate/stability.py warns above the same
+SATURATED = 0.05  # share of samples with a drive at its limit, above which the drive is judged and not the law
 
 
 class Row(NamedTuple):
@@ -54,7 +56,7 @@ def report_table(logs: Log | Iterable[Log]) -> list[Row]:
     logs = as_logs(logs)
     rows = []
     if any(log.failed for log in logs):
-        rows.append(Row("status", tuple("FAILED" if log.failed else "done" for log in logs)))
+        rows.append(Row("status", tuple(failed_at(log) or "done" for log in logs)))
     for line in LINES:
         values = [number(log, line.path) for log in logs]
         scale = _scale(line.unit, values)
@@ -64,8 +66,38 @@ def report_table(logs: Log | Iterable[Log]) -> list[Row]:
 
 
 def heads(logs: Log | Iterable[Log]) -> list[str]:
-    """The head of each column: the controllers, told apart."""
+    """The head of each column: the controllers, told apart, and until when those ran that failed."""
+    logs = as_logs(logs)
+    return [f"{name}, {failed_at(log)}" if log.failed else name for name, log in zip(names(logs), logs, strict=True)]
+
+
+def names(logs: Log | Iterable[Log]) -> list[str]:
+    """The controllers, told apart."""
     return [human(label) for label in labels(as_logs(logs))]
+
+
+def failed_at(log: Log) -> str:
+    """ "FAILED at 13.25 s" of a run that failed, without the time if the log does not tell it; else empty."""
+    if not log.failed:
+        return ""
+    end = number(log, ("info", "simulated_time"))
+    return "FAILED" if end is None else f"FAILED at {_time(end)}"
+
+
+def flaws(log: Log) -> list[str]:
+    """Why the errors of a log must not be compared with those of others: it failed, is unstable, or saturated."""
+    out = []
+    if log.failed:
+        end = number(log, ("info", "simulated_time"))
+        out.append("the run failed" if end is None else f"the run failed at {_time(end)}")
+    radius = number(log, ("info", "run", "spectral_radius"))
+    if radius is not None and radius > STABLE:
+        shown = f"{radius:.3g}" if radius >= 1.01 else f"{radius:.7g}"  # never the 1 that it is above
+        out.append(f"the loop is unstable (spectral radius {shown} a sample)")
+    share = number(log, ("saturated",))
+    if share is not None and share > SATURATED:
+        out.append(f"a drive is at its limit in {100 * share:.3g} % of the samples")
+    return out
 
 
 def number(log: Log, path: Sequence[str]) -> float | None:
@@ -84,18 +116,24 @@ def number(log: Log, path: Sequence[str]) -> float | None:
 
 
 def verdict(logs: Log | Iterable[Log]) -> str:
-    """Who is better and by how much, or how good the only one is, in one sentence.  Failures are told first."""
+    """Who is better and by how much, or how good the only one is.
+
+    Logs with `flaws` are told first, one sentence each, and are not compared with anything.
+    """
     logs = as_logs(logs)
-    names = heads(logs)
-    failed = [name for name, log in zip(names, logs, strict=True) if log.failed]
-    done = [(name, log) for name, log in zip(names, logs, strict=True) if not log.failed]
-    rated = [(name, number(log, ("contour_error", "rms")), number(log, ("contour_error", "max"))) for name, log in done]
-    rated = sorted(((n, rms, top) for n, rms, top in rated if rms is not None and top is not None), key=lambda r: r[1])
-    first = f"The run with {_listed(failed)} failed" if failed else ""
-    if not rated:
-        return f"{first}." if first else "The logs hold no contour error of a feed move."
-    told = _comparison(rated)
-    return f"{first}; {told}" if first else told[0].upper() + told[1:]
+    told, sound = [], []
+    for name, log in zip(names(logs), logs, strict=True):
+        found = flaws(log)
+        if found:
+            told.append(f"{name}: {_listed(found)}{'; no comparison' if len(logs) > 1 else ''}.")
+        else:
+            sound.append((name, number(log, ("contour_error", "rms")), number(log, ("contour_error", "max"))))
+    rated = sorted(((n, rms, top) for n, rms, top in sound if rms is not None and top is not None), key=lambda r: r[1])
+    if rated:
+        told.append(_comparison(rated))
+    elif not told:
+        told.append("The logs hold no contour error of a feed move.")
+    return " ".join(sentence[0].upper() + sentence[1:] for sentence in told)
 
 
 def _comparison(rated: list[tuple[str, float, float]]) -> str:
@@ -134,8 +172,12 @@ def _shown(value: float | None, unit: str, scale: Scale) -> str:
     if unit == "%":
         return f"{100 * value:.2f} %"
     if unit == "time":
-        return f"{value:.2f} s"
+        return _time(value)
     return _of(value, scale)
+
+
+def _time(value: float) -> str:
+    return f"{value:.2f} s" if value >= 1 or not value else f"{value:.3f} s"
 
 
 def _of(value: float, scale: Scale) -> str:
@@ -146,8 +188,8 @@ def _of(value: float, scale: Scale) -> str:
 
 
 def _best(logs: list[Log], values: list[float | None]) -> tuple[int, ...]:
-    """Columns with the smallest value of those that did not fail; none if there is no comparison or all are equal."""
-    known = {i: v for i, v in enumerate(values) if v is not None and not logs[i].failed}
+    """Columns with the smallest value of those without flaws; none if there is no comparison or all are equal."""
+    known = {i: v for i, v in enumerate(values) if v is not None and not flaws(logs[i])}
     if len(known) < 2 or len(set(known.values())) == 1:
         return ()
     return tuple(i for i, v in known.items() if v == min(known.values()))
