@@ -210,11 +210,17 @@ def test_wrong_input_ends_with_two_and_names_the_place_in_json_too(gough, write)
         "error": {
             "code": "ExperimentError",
             "problems": [
-                {"rule": "'20 N' is not a quantity in m", "file": "first.toml", "line": 8, "key": "program.radius"}
+                {
+                    "rule": "'20 N' is not a quantity in m",
+                    "file": "first.toml",
+                    "line": 8,
+                    "key": "program.radius",
+                    "cure": 'write e.g. "20 m"',
+                }
             ],
         },
     }
-    assert ended.err == "first.toml:8: program.radius: '20 N' is not a quantity in m\n"
+    assert ended.err == "first.toml:8: program.radius: '20 N' is not a quantity in m; write e.g. \"20 m\"\n"
 
 
 def test_an_interrupted_command_ends_with_130_and_says_so(gough, write, fake, tmp_path):

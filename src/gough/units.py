@@ -143,7 +143,7 @@ def to_si(text: str, expected: str) -> float:
         elif expected in ("", "1"):
             cure = f"write the number alone, e.g. {number}"
         else:
-            cure = f'write e.g. "{number} {expected}"'
+            cure = f'write e.g. "{number} {"deg" if expected == "rad" else expected}"'
         rule = f"{_quote(text)} is not a quantity in {expected}" if expected else f"{_quote(text)} is not a number"
         raise UnitError(rule, cure=cure)
     return value

@@ -28,7 +28,10 @@ C1 = {
         {'"120 kg"': "120"},
         ['6: platform.mass: has no unit, got 120; write e.g. "120 kg"'],
     ),
-    "a unit of something else": ({'"120 kg"': '"120 mm"'}, ["6: platform.mass: '120 mm' is not a quantity in kg"]),
+    "a unit of something else": (
+        {'"120 kg"': '"120 mm"'},
+        ["6: platform.mass: '120 mm' is not a quantity in kg; write e.g. \"120 kg\""],
+    ),
     "a unit that does not exist": (
         {'"120 kg"': '"120 kgs"'},
         ["6: platform.mass: no unit 'kgs'; did you mean kg?"],
@@ -70,6 +73,18 @@ def test_c1_a_wrong_sheet_is_said_with_line_key_and_cure(complaints, changes, ex
     assert complaints(SHEET, changes) == expected
 
 
+def test_c1_a_right_source_is_not_blamed_for_a_key_mistyped_above(complaints):
+    sheet = SHEET + '[source]\n"platform.mass" = "weighed"\n'
+    assert complaints(sheet, {'mass = "120 kg"': 'mas = "120 kg"'}) == [
+        "5: platform.mass: is missing; give mass in kg",
+        "6: platform.mas: no such key; did you mean mass?",
+    ]
+    lost = len(SHEET.splitlines()) + 2
+    assert complaints(SHEET + '[source]\n"platform.mas" = "weighed"\n') == [
+        f"{lost}: source.platform.mas: the sheet has no such key; did you mean platform.mass?"
+    ]
+
+
 def test_c1_all_mistakes_of_an_experiment_come_at_once(complaints):
     found = complaints(
         EXPERIMENT,
@@ -84,10 +99,10 @@ def test_c1_all_mistakes_of_an_experiment_come_at_once(complaints):
     )
     assert found == [
         "5: machine.platform.mas: no such key; did you mean mass?",
-        "6: machine.drive.lead: '1 s' is not a quantity in m",
+        "6: machine.drive.lead: '1 s' is not a quantity in m; write e.g. \"1 m\"",
         "8: plants: no such table; did you mean plant?",
         "11: plant.paylod: no such key; did you mean payload?",
-        "14: program.radius: '20 N' is not a quantity in m",
+        "14: program.radius: '20 N' is not a quantity in m; write e.g. \"20 m\"",
         "19: controller.0.bandwidth: must be above 0 Hz, got '0 Hz'",
         "20: controller.0.bandwith: no such key; did you mean bandwidth?",
         "23: controller.1.kind: no such controller, got 'computed_torq'; did you mean computed_torque?",

@@ -50,7 +50,7 @@ def wrong(machine, **changes):
         ("platform__mass", 150, 'platform.mass: has no unit, got 150; write e.g. "150 kg"'),
         ("platform__mass", "150", "platform.mass: '150' has no unit; write e.g. \"150 kg\""),
         ("platform__mass", True, "platform.mass: must be a quantity, got true"),
-        ("platform__mass", "150 N", "platform.mass: '150 N' is not a quantity in kg"),
+        ("platform__mass", "150 N", "platform.mass: '150 N' is not a quantity in kg; write e.g. \"150 kg\""),
         ("platform__mass", None, "platform.mass: is missing; give mass in kg"),
         ("strut__moving__mass", "0 kg", "strut.moving.mass: must be above 0 kg, got '0 kg'"),
         ("strut__fixed__transverse", "-1 kg m2", "strut.fixed.transverse: must be at least 0 kg m2, got '-1 kg m2'"),

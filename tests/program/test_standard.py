@@ -98,7 +98,10 @@ def test_the_square_the_diamond_and_the_circle_touch():
         ({"file": "none.ngc"}, "file: cannot be read: No such file or directory, got none.ngc"),
         ({"file": "a.ngc", "kind": "circle"}, "kind: a program has a file or a kind, not both"),
         ({"kind": "circle", "feed": "1 m/s"}, "radius: is missing; give radius in m"),
-        ({"kind": "circle", "radius": "1 m", "feed": "6 m"}, "feed: '6 m' is not a quantity in m/s"),
+        (
+            {"kind": "circle", "radius": "1 m", "feed": "6 m"},
+            "feed: '6 m' is not a quantity in m/s; write e.g. \"6 m/s\"",
+        ),
         ({"kind": "circle", "radius": 0.1, "feed": "1 m/s"}, 'radius: has no unit, got 0.1; write e.g. "0.1 m"'),
         ({"kind": "circle", "radius": "-1 m", "feed": "1 m/s"}, "radius: must be above 0 m, got '-1 m'"),
         ({"kind": "circle", "raduis": "1 m", "radius": "1 m", "feed": "1 m/s"},

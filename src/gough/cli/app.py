@@ -106,7 +106,7 @@ def check(
 
 @app.command(rich_help_panel="Simulate")
 def report(
-    logs: Annotated[list[Path], typer.Argument(help="Logs (.nc) to put side by side.")],
+    logs: Annotated[list[Path], typer.Argument(help="Logs (.nc), or folders of results, to put side by side.")],
     out: Out = None,
     force: Force = False,
     json: Json = False,
