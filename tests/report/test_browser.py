@@ -25,6 +25,9 @@ FLAGS = [
     "--window-size=1280,6000",  # charts are drawn when they come into view
 ]
 
+# on the speed of plotly's 3-D canvas without a graphics card; no complaint of the page
+ADVICE = ("Canvas2D: Multiple readback", "GL Driver Message (OpenGL, Performance")
+
 pytestmark = [pytest.mark.full, pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")]
 
 
@@ -41,7 +44,8 @@ def test_the_page_draws_every_chart_and_complains_of_nothing(tmp_path):
     # two paths, one circle, one error over time, two forces, the machine
     assert len(re.findall(r'class="[^"]*js-plotly-plot', dom)) == 7
     assert dom.count("main-svg") >= 7
-    complaints = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    said = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    complaints = [line for line in said if not any(advice in line for advice in ADVICE)]
     assert not complaints, complaints
     assert f"{1e6 * logs[0].metrics['contour_error']['max']:.3g}"[:3] in dom
     assert np.isfinite(logs[1].metrics["contour_error"]["rms"])
