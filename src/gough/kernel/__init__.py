@@ -6,10 +6,10 @@ simulation = kernel.start(parameters={...}, states={...}, seed=0)
 rows = simulation.advance(1000, inputs={"reference": table})        # (ticks, runs, width)
 """
 
-from gough.kernel.kernel import Kernel, KernelWarning, compile
-from gough.kernel.rows import Rows, compile_rows
-from gough.kernel.schedule import Schedule, Signal, Task, period_ticks
-from gough.kernel.simulation import Simulation, Stop
+from .kernel import Kernel, KernelWarning, compile
+from .rows import Rows, compile_rows
+from .schedule import Schedule, Signal, Task, period_ticks
+from .simulation import Simulation, Stop
 
 __all__ = [
     "Kernel", "KernelWarning", "Rows", "Schedule", "Signal", "Simulation", "Stop", "Task", "compile", "compile_rows",

@@ -5,10 +5,10 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable
 
-from gough.errors import InputError
-from gough.kernel import cache as store
-from gough.kernel import lanes as lane
-from gough.kernel import ops
+from ..errors import InputError
+from . import cache as store
+from . import lanes as lane
+from . import ops
 
 
 def no_native() -> str | None:
@@ -35,7 +35,7 @@ def library(export: str, description: tuple, width: int, make: Callable[[lane.La
     `description` says all that decides the code beside the emitter, the compiler and the processor; `make(lanes)`
     gives the text and the symbols it needs, and is called only when the code is not in the cache.
     """
-    from gough.kernel import native
+    from . import native
 
     key = store.key_of(export, description, width, native.version(), _functions_here(width))
     found = store.load(key) if cache else None

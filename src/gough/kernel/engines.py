@@ -12,10 +12,10 @@ import threading
 import casadi as ca
 import numpy as np
 
-from gough.errors import InputError
-from gough.kernel import noise
-from gough.kernel.layout import Layout
-from gough.kernel.schedule import Schedule, Task
+from ..errors import InputError
+from . import noise
+from .layout import Layout
+from .schedule import Schedule, Task
 
 
 class Native:

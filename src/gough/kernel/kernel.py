@@ -6,12 +6,12 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
-from gough.errors import InputError
-from gough.kernel.build import library, no_native, width_of
-from gough.kernel.engines import Interpreter, Native
-from gough.kernel.layout import Layout
-from gough.kernel.schedule import Schedule
-from gough.kernel.simulation import Simulation
+from ..errors import InputError
+from .build import library, no_native, width_of
+from .engines import Interpreter, Native
+from .layout import Layout
+from .schedule import Schedule
+from .simulation import Simulation
 
 
 class KernelWarning(UserWarning):
@@ -85,7 +85,7 @@ def _no_native(schedule: Schedule) -> str | None:
 
 
 def _text(schedule: Schedule, layout: Layout, lanes):
-    from gough.kernel import module  # needs llvmlite
+    from . import module  # needs llvmlite
 
     return module.text(schedule, layout, lanes)
 

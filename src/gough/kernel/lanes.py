@@ -11,7 +11,7 @@ import functools
 import platform
 from dataclasses import dataclass
 
-from gough.kernel import ops
+from . import ops
 
 _ISA = {8: "e", 4: "d", 2: "b"}  # the letter of libmvec's names: AVX-512, AVX2, SSE
 

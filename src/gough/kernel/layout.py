@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gough.kernel.schedule import Schedule
+from .schedule import Schedule
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ fast-math flag is ever set: `nnan` would delete the checks for NaN.
 
 from __future__ import annotations
 
-from gough.kernel import ops
-from gough.kernel.lanes import Calls, Lanes
-from gough.kernel.tape import Tape, is_binary
+from . import ops
+from .lanes import Calls, Lanes
+from .tape import Tape, is_binary
 
 _INTRINSIC = {"sqrt": "sqrt", "fabs": "fabs", "floor": "floor", "ceil": "ceil", "copysign": "copysign"}
 _FUSIBLE = {"add": "fadd", "sub": "fsub", "mul": "fmul"}

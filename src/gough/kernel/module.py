@@ -11,10 +11,10 @@ are in doubles.
 
 from __future__ import annotations
 
-from gough.kernel import llvm, noise, parts
-from gough.kernel.lanes import Calls, Lanes, host_features
-from gough.kernel.layout import Layout
-from gough.kernel.schedule import Schedule, Signal, Task
+from . import llvm, noise, parts
+from .lanes import Calls, Lanes, host_features
+from .layout import Layout
+from .schedule import Schedule, Signal, Task
 
 
 def text(schedule: Schedule, layout: Layout, lanes: Lanes) -> tuple[str, dict[str, str]]:

@@ -12,7 +12,7 @@ import itertools
 import llvmlite
 import llvmlite.binding as llvm
 
-from gough.kernel import lanes, ops
+from . import lanes, ops
 
 _numbers = itertools.count()
 

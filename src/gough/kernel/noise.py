@@ -16,8 +16,8 @@ import hashlib
 
 import numpy as np
 
-from gough.errors import InputError
-from gough.kernel.lanes import Calls, Lanes
+from ..errors import InputError
+from .lanes import Calls, Lanes
 
 _MASK = (1 << 64) - 1
 _G, _C = 0x9E3779B97F4A7C15, 0xD1342543DE82EF95

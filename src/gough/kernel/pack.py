@@ -20,7 +20,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from gough.errors import InputError
+from ..errors import InputError
 
 
 def is_tree(x: Any) -> bool:

@@ -6,7 +6,7 @@ W runs side by side.  `gather` turns W rows into slots and `scatter` back, W x W
 
 from __future__ import annotations
 
-from gough.kernel.lanes import Lanes
+from .lanes import Lanes
 
 _INFINITY, _ZERO = "0x7FF0000000000000", "0x0000000000000000"
 

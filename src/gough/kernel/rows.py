@@ -15,11 +15,11 @@ import warnings
 import casadi as ca
 import numpy as np
 
-from gough.errors import InputError
-from gough.kernel import lanes as lane
-from gough.kernel.build import library, no_native, width_of
-from gough.kernel.kernel import KernelWarning
-from gough.kernel.tape import Tape, trace
+from ..errors import InputError
+from . import lanes as lane
+from .build import library, no_native, width_of
+from .kernel import KernelWarning
+from .tape import Tape, trace
 
 CHUNK = 20_000_000  # operations between two chances for Ctrl-C: some 10 ms
 
@@ -117,7 +117,7 @@ class _Native:
 
 class _Interpreter:
     def __init__(self, function: ca.Function):
-        from gough.kernel.engines import dense
+        from .engines import dense
 
         self._function = dense(function)
 
@@ -138,7 +138,7 @@ def _room(size: int, width: int) -> int:
 
 
 def _text(tape: Tape, lanes: lane.Lanes) -> tuple[str, dict[str, str]]:
-    from gough.kernel import llvm, module, parts
+    from . import llvm, module, parts
 
     calls = lane.Calls(lanes)
     body = [

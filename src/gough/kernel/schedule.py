@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
-from gough.errors import InputError, did_you_mean
-from gough.kernel.tape import Tape, trace
+from ..errors import InputError, did_you_mean
+from .tape import Tape, trace
 
 KINDS = {
     "parameter": "constant over the run, each run its own",

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gough.errors import InputError, did_you_mean
-from gough.kernel import noise
+from ..errors import InputError, did_you_mean
+from . import noise
 
 
 @dataclass(frozen=True)

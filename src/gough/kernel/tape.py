@@ -17,8 +17,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from gough.errors import InputError
-from gough.kernel import ops
+from ..errors import InputError
+from . import ops
 
 _DOUBLE, _BITS = struct.Struct("<d"), struct.Struct("<Q")
 
