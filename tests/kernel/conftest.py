@@ -7,4 +7,4 @@ import pytest
 def cache_folder(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
     monkeypatch.setenv("GOUGH_CACHE", str(folder))
-    return folder
+    return folder / "kernel"

@@ -114,7 +114,7 @@ def test_the_folder_is_ours_alone(cache_folder):
 
 
 def test_a_readable_folder_is_closed(cache_folder):
-    cache_folder.mkdir(mode=0o755)
+    cache_folder.mkdir(mode=0o755, parents=True)
     compile(tiny())
     assert cache_folder.stat().st_mode & 0o777 == 0o700 and compile(tiny()).cached
 
@@ -163,7 +163,7 @@ def test_what_was_used_longest_ago_goes_first(cache_folder, monkeypatch):
 
 
 def test_the_folder_follows_the_environment(monkeypatch, tmp_path):
-    assert str(cache.folder()) == os.environ["GOUGH_CACHE"]
+    assert str(cache.folder()) == os.path.join(os.environ["GOUGH_CACHE"], "kernel")
     monkeypatch.delenv("GOUGH_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", "/x/cache")
     assert str(cache.folder()) == "/x/cache/gough/kernel"
@@ -217,3 +217,37 @@ def test_cached_code_is_found_without_printing_any():
         assert compile(pendulum()).cached and not printed
     finally:
         llvm.function = original
+
+
+def test_what_else_lies_in_the_folder_is_not_touched(cache_folder, monkeypatch):
+    """GOUGH_CACHE may name a folder a person keeps things in."""
+    import gough.kernel.cache as module
+
+    cache_folder.mkdir(parents=True)
+    beside, inside = cache_folder.parent / "thesis.tex", cache_folder / "notes.txt"
+    for path in (beside, inside):
+        path.write_text("x" * 1000)
+        os.utime(path, (1, 1))
+    cache_folder.parent.chmod(0o755)
+    monkeypatch.setattr(module, "LIMIT", 1)
+    compile(tiny())
+    assert beside.exists() and inside.exists()
+    assert cache_folder.parent.stat().st_mode & 0o777 == 0o755
+
+
+def varied(substeps=1, log=("x",), every=1, limited=False):
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    step = ca.Function("step", [x], [x + 1])
+    signals = [Signal("x", 1, "state"), Signal("y", 1, "state"), Signal("limits", 1, "wire")]
+    tasks = [Task("copy", ca.Function("copy", [x, y], [x + y]), ("x", "y"), ("y",), every)]
+    limits = Task("limits", ca.Function("far", [x], [10 - x]), ("x",), ("limits",)) if limited else None
+    return Schedule(signals, tasks, Task("step", step, ("x",), ("x",)), substeps, limits, log)
+
+
+@pytest.mark.parametrize(
+    "change", [{"substeps": 2}, {"log": ("y",)}, {"log": ("y", "x")}, {"every": 2}, {"limited": True}]
+)
+def test_all_that_changes_the_code_is_in_the_key(change):
+    """Compiled one after the other, each its own: nothing of the first answers for the second."""
+    assert not compile(varied()).cached and compile(varied()).cached
+    assert not compile(varied(**change)).cached

@@ -94,3 +94,14 @@ def test_a_wrong_length_and_a_wrong_kind_are_errors():
         pack.flatten({"x": 1.0})
     with pytest.raises(InputError, match="a field must be a number, an array or SX, got str"):
         pack.flatten(Filter("x", 1.0))
+
+
+def test_symbols_in_lists_are_refused_not_made_nan():
+    class Hidden(NamedTuple):
+        a: object
+        b: object
+
+    y = ca.SX.sym("y")
+    for leaf in ([y, 2.0], np.array([y, 2.0], object), [[y], [1.0]]):
+        with pytest.raises(InputError, match="use ca.vertcat"):
+            pack.flatten(Hidden(leaf, 1.0))

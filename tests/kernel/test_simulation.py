@@ -283,8 +283,10 @@ def test_an_interrupted_chunk_is_not_continued():
     simulation = compile(pendulum(control=law), native=False).start({"p": GAINS[:1]}, {"x": [0.0, 0.0]})
     with pytest.raises(KeyboardInterrupt):
         simulation.advance(10, reference(10))
-    with pytest.raises(InputError, match="interrupted in the middle of a chunk"):
+    with pytest.raises(InputError, match="left in the middle of a chunk"):
         simulation.advance(10, reference(10))
+    with pytest.raises(InputError, match="left in the middle of a chunk"):
+        simulation.state("x")
 
 
 @pytest.mark.parametrize("lanes,native", [(8, True), (1, False)])

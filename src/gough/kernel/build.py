@@ -24,7 +24,7 @@ def width_of(lanes: int | str) -> int:
     """How many lanes are asked for; "auto" is what this processor does best."""
     if lanes == "auto":
         return lane.native_width()
-    if isinstance(lanes, bool) or lanes not in (1, 2, 4, 8):
+    if not isinstance(lanes, (int, str)) or isinstance(lanes, bool) or lanes not in (1, 2, 4, 8):
         raise InputError('lanes must be 1, 2, 4, 8 or "auto"', value=repr(lanes))
     return lanes
 

@@ -8,10 +8,12 @@ race.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
 import os
+import re
 import stat
 import tempfile
 from pathlib import Path
@@ -35,9 +37,12 @@ def key_of(*parts) -> str:
 
 
 def folder() -> Path | None:
-    """$GOUGH_CACHE, else $XDG_CACHE_HOME/gough/kernel, else ~/.cache/gough/kernel; None without a home."""
+    """$GOUGH_CACHE/kernel, else $XDG_CACHE_HOME/gough/kernel, else ~/.cache/gough/kernel; None without a home.
+
+    A folder of our own in each case: it is made private and kept below LIMIT.
+    """
     if os.environ.get("GOUGH_CACHE"):
-        return Path(os.environ["GOUGH_CACHE"])
+        return Path(os.environ["GOUGH_CACHE"]) / "kernel"
     base = os.environ.get("XDG_CACHE_HOME") or (os.environ.get("HOME") and os.path.join(os.environ["HOME"], ".cache"))
     return Path(base) / "gough" / "kernel" if base and os.path.isabs(base) else None
 
@@ -79,7 +84,8 @@ def load(key: str) -> tuple[bytes, dict] | None:
                 return None
             found = decode(file.read(), key)
             if found is not None:
-                os.utime(file.fileno())
+                with contextlib.suppress(OSError):  # a cache that may only be read is still a cache
+                    os.utime(file.fileno())
             return found
     except OSError:
         return None
@@ -123,9 +129,15 @@ def decode(data: bytes, key: str) -> tuple[bytes, dict] | None:
     return data[end:], json.loads(data[start + 40 : end])
 
 
+_OURS = re.compile(r"[0-9a-f]{64}\.bin|\.new-.*")
+
+
 def _trim(path: Path):
+    """The oldest of our own files go until the rest is below LIMIT; what else lies there is not ours to touch."""
     files = []
     for entry in os.scandir(path):
+        if not _OURS.fullmatch(entry.name):
+            continue
         try:
             status = entry.stat(follow_symlinks=False)
         except FileNotFoundError:  # another process was quicker

@@ -52,7 +52,8 @@ class Interpreter:
 
     def __init__(self, schedule: Schedule, layout: Layout):
         self._schedule, self._layout = schedule, layout
-        self._lock = threading.Lock()  # the functions keep their arguments here, for all simulations of a kernel
+        # the functions keep their arguments here, for all simulations of a kernel; a plain function may run one itself
+        self._lock = threading.RLock()
         at = lambda name: layout.at(name, schedule.by_name[name].size)  # noqa: E731
         self._inputs = [at(s.name) for s in schedule.of_kind("input")]
         self._noise = [(s.name, s.size, at(s.name)) for s in schedule.of_kind("noise") if s.size]

@@ -85,8 +85,13 @@ def host_features() -> frozenset[str]:
 
 
 def vector_symbol(function: str, width: int) -> str | None:
-    """libmvec's name of a function for `width` lanes, if this machine has it."""
-    if width not in _ISA or platform.machine() != "x86_64":
+    """libmvec's name of a function for `width` lanes, if this machine has it.
+
+    The library has the functions for every processor; called on one without the registers they expect, half of the
+    lanes would be lost.
+    """
+    needed = {8: "+avx512f", 4: "+avx2"}.get(width)
+    if width not in _ISA or platform.machine() != "x86_64" or (needed and needed not in host_features()):
         return None
     symbol = f"_ZGV{_ISA[width]}N{width}{'v' * ops.LIBM[function]}_{function}"
     return symbol if ops.address(symbol) else None

@@ -77,7 +77,9 @@ class _Printer:
         v, x = self.lanes.number, self.value(a)
         y = self.value(b) if is_binary(op) else None
         if op in _FUSIBLE:
-            self._put(f"%v{n} = {_FUSIBLE[op]} {self.flags}{v} {x}, {y}")
+            # a b - c d with one product rounded and the other not is no longer 0 where a b = c d: sqrt would give NaN
+            both = op == "sub" and all(self.tape.nodes[k][0] in ("mul", "sq") for k in (a, b))
+            self._put(f"%v{n} = {_FUSIBLE[op]} {'' if both else self.flags}{v} {x}, {y}")
         elif op == "sq":
             self._put(f"%v{n} = fmul {self.flags}{v} {x}, {x}")
         elif op == "twice":

@@ -1,10 +1,11 @@
 """Standard normal numbers without a table and without a history: a hash of (seed, run, signal entry, tick).
 
-    key of a run    r = mix(mix(seed + G) xor (run + 1) C)                    mix: the finisher of SplitMix64 key of a
-    pair   p = the first 8 bytes of SHA-256("signal:pair")           entries 2p and 2p + 1 of a signal share a pair
-    bits            b1, b2 = mix(s + (2 k + 1) G), mix(s + (2 k + 2) G)       s = mix(r xor p), k the tick uniform
-    u1 in (0, 1], u2 in [0, 1), 52 bits each normal          sqrt(-2 log u1) cos(2 pi u2), sqrt(-2 log u1) sin(2 pi
-    u2)        Box and Muller 1958
+    mix             the finisher of SplitMix64
+    key of a run    r = mix(mix(seed + G) xor (run + 1) C)
+    key of a pair   p = the first 8 bytes of SHA-256("signal:pair"); entries 2p and 2p + 1 of a signal share a pair
+    bits            b1, b2 = mix(s + (2 k + 1) G), mix(s + (2 k + 2) G),   s = mix(r xor p),   k the tick
+    uniform         u1 in (0, 1], u2 in [0, 1), 52 bits each
+    normal          sqrt(-2 log u1) cos(2 pi u2), sqrt(-2 log u1) sin(2 pi u2)              Box and Muller 1958
 
 So a number depends neither on what other signals there are, nor on which runs share a batch, nor on where a chunk ends.
 SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom number generators, OOPSLA 2014; integers are modulo 2^64.
@@ -35,7 +36,9 @@ def run_key(seed: int, run: int) -> int:
     """The key of one run."""
     if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 63:
         raise InputError("the seed must be a whole number from 0 to 2^63 - 1", value=repr(seed))
-    return _mix(_mix(int(seed) + _G & _MASK) ^ ((run + 1) * _C & _MASK))
+    if isinstance(run, bool) or not isinstance(run, (int, np.integer)) or run < 0:
+        raise InputError("the number of a run must be 0, 1, 2 ...", value=repr(run))
+    return _mix(_mix(int(seed) + _G & _MASK) ^ ((int(run) + 1) * _C & _MASK))
 
 
 def pair_keys(signal: str, size: int) -> list[int]:

@@ -45,6 +45,8 @@ def shape(leaf) -> tuple[int, int]:
     """Rows and columns of a leaf; a number has one of each."""
     if isinstance(leaf, (ca.SX, ca.DM)):
         return leaf.shape
+    if _hides_symbols(leaf):
+        raise InputError("symbols in a list or an array become NaN", value=type(leaf).__name__, cure="use ca.vertcat")
     try:
         array = np.asarray(leaf, np.float64)
     except (TypeError, ValueError):
@@ -52,6 +54,13 @@ def shape(leaf) -> tuple[int, int]:
     if array.ndim > 2:
         raise InputError("a field has at most two dimensions", value=str(array.shape))
     return (array.shape + (1, 1))[:2] if array.ndim else (1, 1)
+
+
+def _hides_symbols(leaf) -> bool:
+    """Whether SX stand inside a list, a tuple or an array of objects: NumPy would make NaN of them."""
+    if isinstance(leaf, np.ndarray):
+        return leaf.dtype == object and any(isinstance(entry, ca.SX) for entry in leaf.flat)
+    return isinstance(leaf, (list, tuple)) and any(isinstance(e, ca.SX) or _hides_symbols(e) for e in leaf)
 
 
 def fields(tree) -> dict[str, slice]:

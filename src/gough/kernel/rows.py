@@ -61,7 +61,11 @@ class Rows:
             raise InputError(f"{self.name} takes {len(self.inputs)} arrays", value=str(len(arrays)))
         rows, many = [], {}
         for i, (array, size) in enumerate(zip(arrays, self.inputs, strict=True)):
-            x = np.ascontiguousarray(array, np.float64)
+            try:
+                x = np.ascontiguousarray(array, np.float64)
+            except (TypeError, ValueError):
+                value = type(array).__name__
+                raise InputError(f"{self.name} takes numbers as argument {i}", value=value) from None
             if x.shape not in ((size,), (len(x) if x.ndim == 2 else -1, size)):
                 raise InputError(f"{self.name} takes (N, {size}) or ({size},) as argument {i}", value=str(x.shape))
             if x.ndim == 2:

@@ -27,7 +27,7 @@ KINDS = {
     "input": "a row of a table every tick, the same for all runs",
     "noise": "standard normal, new every tick",
     "state": "kept from tick to tick",
-    "wire": "computed anew by a task",
+    "wire": "computed by a task of the same run of ticks; of a task with every > 1, kept between its ticks",
 }
 
 

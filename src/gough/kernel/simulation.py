@@ -9,6 +9,8 @@ import numpy as np
 from ..errors import InputError, did_you_mean
 from . import noise
 
+_BROKEN = "this simulation was left in the middle of a chunk, by an interruption or an error"
+
 
 @dataclass(frozen=True)
 class Stop:
@@ -57,6 +59,8 @@ class Simulation:
 
     def state(self, name: str) -> np.ndarray:
         """The state after the last good tick of each run, (runs, size)."""
+        if self._broken:
+            raise InputError(_BROKEN, cure="start a new one")
         schedule = self.kernel.schedule
         names = [s.name for s in schedule.of_kind("state")]
         if name not in names:
@@ -72,14 +76,16 @@ class Simulation:
         instead of new memory.
         """
         if self._broken:
-            raise InputError("this simulation was interrupted in the middle of a chunk", cure="start a new one")
+            raise InputError(_BROKEN, cure="start a new one")
         if not isinstance(n, (int, np.integer)) or n < 0:
             raise InputError("the number of ticks must be 0, 1, 2 ...", value=repr(n))
         tables = self._tables(int(n), inputs or {})
         shape = (int(n), self._groups * self.kernel.lanes, self.kernel.width)
         if out is None:
             out = np.empty(shape)
-        elif out.dtype != np.float64 or not out.flags.c_contiguous or out.shape[0] < n or out.shape[1:] != shape[1:]:
+        elif not isinstance(out, np.ndarray) or not out.flags.writeable or not out.flags.c_contiguous:
+            raise InputError("out must be a C-contiguous array that may be written", value=type(out).__name__)
+        elif out.dtype != np.float64 or out.shape[0] < n or out.shape[1:] != shape[1:]:
             raise InputError(f"out must be a C-contiguous float64 array of shape {shape}", value=str(out.shape))
         log, done = out[:n], 0
         self._broken = True  # until the groups are at the same tick again
@@ -142,7 +148,11 @@ class Simulation:
         _same_names("input", [s.name for s in signals], inputs)
         tables = []
         for signal in signals:
-            table = np.ascontiguousarray(inputs[signal.name], np.float64)
+            try:
+                table = np.ascontiguousarray(inputs[signal.name], np.float64)
+            except (TypeError, ValueError):
+                value = type(inputs[signal.name]).__name__
+                raise InputError("the table must be numbers", where=f"input {signal.name}", value=value) from None
             if table.shape != (n, signal.size) and not (signal.size == 1 and table.shape == (n,)):
                 raise InputError(
                     f"the table must have shape {(n, signal.size)}",

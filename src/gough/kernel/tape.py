@@ -1,9 +1,9 @@
 """A casadi.Function over SX as a list of numbered values: what the machine code, the C export and the replay all print.
 
 Two passes.  CasADi shares nothing by itself, so equal operations get one number.  Then the divisions by each value are
-counted: a divisor used twice gets one reciprocal, x / d becomes x * (1 / d).  (CasADi itself turns x * (1 / y) into x
-/ y.)  That changes the last bit, and x / d for a d below 2.3e-308, whose reciprocal is infinite; nothing else is
-rewritten.
+counted: a divisor used twice gets one reciprocal, x / d becomes x * (1 / d).  (CasADi itself turns x * (1 / y) into
+x / y.)  That changes the last bit, so the floor of a quotient may differ where the quotient is a whole number to its
+last bit, and x / d for a d below 5.6e-309, whose reciprocal is infinite; nothing else is rewritten.
 """
 
 from __future__ import annotations
