@@ -4,7 +4,7 @@
     V = [p - p_; log(R R_')] / Ts                                        _ the sample before                         (2)
 
 Garagic and Srinivasan, ACC 2004, eq. (6): two iterations from the last sample's pose.  At 0.2 m/s and 1 ms the start
-is 0.2 mm away and the error after two steps is below 1e-13 m: Newton squares it each time.  The step is taken on
+is 0.2 mm away and the error after two steps is below 1e-12 m: Newton squares it each time.  The step is taken on
 SO(3), the paper adds it to Euler angles.  (2) is the mean twist of the last sample, half a sample old.
 """
 

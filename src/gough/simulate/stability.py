@@ -79,6 +79,11 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
     """Of the linearised closed loop at home and rest, per sample of the law, which is bound by `law.on`."""
+    return float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
+
+
+def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
+    """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
     quiet = machine.replace(friction=None, drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None))
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
@@ -105,7 +110,7 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
         np.array(step(*np.split(x0 + d, cut)) - step(*np.split(x0 - d, cut))).ravel() / (2 * d.max())
         for d in np.diag(scale)
     ]
-    return float(np.abs(np.linalg.eigvals(np.stack(columns, -1))).max())
+    return np.linalg.eigvals(np.stack(columns, -1))
 
 
 def check_loop(machine, law, period, substeps, strict: bool = False, notes: Notes | None = None) -> float | None:
