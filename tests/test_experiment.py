@@ -250,3 +250,10 @@ def test_another_kind_of_friction_is_another_table(write):
         load_experiment(write("a.toml", text))
     whole = EXPERIMENT + '\n[plant]\nfriction = { kind = "stribeck", coulomb = "200 N" }\n'
     assert load_experiment(write("b.toml", whole)).plant.machine.friction.kind == "stribeck"
+
+
+def test_a_wrong_kind_of_program_does_not_hide_the_rest_either(write):
+    text = EXPERIMENT.replace(CIRCLE, 'kind = "cirle"\nradius = "20"\nfeed = "6 m/min"')
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(write("a.toml", text))
+    assert [p.key for p in caught.value.problems] == ["program.kind", "program.radius"]

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from .errors import InputError, Problem, did_you_mean
+from .errors import InputError, Problem, did_you_mean, nearest
 from .quantities import Quantity, brief
 
 if TYPE_CHECKING:
     from .declare import Part
+
+
+def beside(kind: Any, kinds: Iterable[str], read: Callable[[str], Any]) -> tuple[Problem, ...]:
+    """What else is wrong in a table of the unknown `kind`, when `read` takes it for the nearest one there is.
+
+    What is missing depends on the kind, and that is not known.
+    """
+    near = nearest(kind, kinds) if isinstance(kind, str) else None
+    if near is None:
+        return ()
+    try:
+        read(near)
+    except InputError as error:
+        return tuple(p for p in error.problems if p.rule != "is missing")
+    return ()
 
 
 # pydantic's kinds of error in the words of this house

@@ -119,3 +119,14 @@ def test_it_follows_a_slow_circle_within_its_band(law, machine):
     # lag of the slowest loop direction: a / (K_v w'), a = v^2 / r, w' > 0.4 w; computed torque: encoder noise only
     worst = speed**2 / 0.05 / (2 * np.pi * 10) / (0.4 * 3 * 2 * np.pi * 10) if law.kind == "pid" else 5e-6
     assert log["contour_error"][steady].max() < worst
+
+
+def test_a_law_without_init_or_step_cannot_be_made():
+    from gough.control.base import Controller
+
+    class Half(Controller):
+        def init(self, r0, u0):
+            return ()
+
+    with pytest.raises(TypeError, match="step"):
+        Half()

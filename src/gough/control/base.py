@@ -15,6 +15,7 @@ forty times slower, and the run says so.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
@@ -46,6 +47,14 @@ class Controller(Part):
     period: float | None = quantity(
         "s", "sample period of the law; the run's where it is left open", default=None, above=0
     )
+
+    @abstractmethod
+    def init(self, r0, u0) -> Any:
+        """The law's first state, a NamedTuple of NumPy: the first step gives u0 (n,) N when r = r0 and q = q(r0)."""
+
+    @abstractmethod
+    def step(self, state, r, y, theta) -> tuple[Command, Any]:
+        """The command of one sample and the next state, symbolic and pure; theta as `self.theta`."""
 
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""

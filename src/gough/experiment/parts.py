@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..complaints import beside
 from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from ..machine import sheet
 from .laws import law_class, laws
@@ -51,23 +52,12 @@ def controller_of(table: Any) -> Controller:
     try:
         law = law_class(kind)
     except ExperimentError as error:
-        raise ExperimentError(problems=[*error.problems, *_mistakes_beside(kind, table)]) from None
+        others = beside(kind, laws(), lambda near: controller_of({**table, "kind": near}))
+        raise ExperimentError(problems=[*error.problems, *others]) from None
     if "machine" in table:
         raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
     has_kind = "kind" in law.model_fields
     return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
-
-
-def _mistakes_beside(kind: Any, table: Mapping[str, Any]) -> tuple[Problem, ...]:
-    """What else is wrong in a table of an unknown kind, read as the nearest one that there is."""
-    near = nearest(kind, laws()) if isinstance(kind, str) else None
-    if near is None:
-        return ()
-    try:
-        controller_of({**table, "kind": near})
-    except InputError as error:  # what is missing depends on the kind, and that is not known
-        return tuple(p for p in error.problems if p.rule != "is missing")
-    return ()
 
 
 def sheet_machine(table: Mapping[str, Any], folder: Path) -> Machine:

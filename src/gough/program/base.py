@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Literal
 
 import numpy as np
@@ -31,9 +32,9 @@ class Program(Part):
         "m, m, m, rad, rad, rad", "pose of program zero in W; else the machine's home", default=None, shape=(6,)
     )
 
+    @abstractmethod
     def path(self) -> Path:
         """The path in the program's frame."""
-        raise NotImplementedError
 
     def plan(self, machine) -> Motion:
         """The motion of `machine` along this program.

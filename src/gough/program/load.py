@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
-from ..errors import ExperimentError, InputError, ProgramError, did_you_mean
+from ..complaints import beside
+from ..errors import ExperimentError, InputError, Problem, ProgramError, did_you_mean
 from .base import Program
 from .gcode import read_gcode
 from .path import Path
@@ -91,7 +92,9 @@ def program_from_table(table: Mapping[str, Any], folder: str | os.PathLike = "."
         raise ExperimentError("is missing", key="kind", cure='write file = "part.ngc" or kind = "circle"')
     kind = options.pop("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        raise ExperimentError("no such program", key="kind", value=repr(kind)[:40], cure=did_you_mean(str(kind), KINDS))
+        wrong = Problem("no such program", key="kind", value=repr(kind)[:40], cure=did_you_mean(str(kind), KINDS))
+        others = beside(kind, KINDS, lambda near: KINDS[near].from_file(options))
+        raise ExperimentError(problems=[wrong, *others])
     return KINDS[kind].from_file(options)
 
 
