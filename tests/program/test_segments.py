@@ -5,8 +5,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from gough.program.blocks import Arc, Ellipse, Line, Rest, batches
+from gough.program.blocks import Arc, Block, Blocks, Ellipse, Line, Rest
 from gough.program.segments import norm
+
+
+def batches(segments):
+    return Blocks(Block(segment) for segment in segments).batches()
+
 
 TURNED = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
 X, Y, Z = (tuple(v) for v in TURNED)

@@ -91,7 +91,7 @@ class Feed:
 
 def block_limits(path: Path, limits: Limits):
     """Speed and acceleration each block may use, eq. (3).  (m,), (m,): m/s, m/s2; rad/s, rad/s2 for turns at rest."""
-    angular, angular_change = _turning(path)
+    angular, angular_change = path.turning()
     rest = path.turning_at_rest
     # a turn at rest has no limit along the path, only that of its angles
     speed = np.where(rest, np.where(path.rapid, np.inf, path.feed), np.where(path.rapid, limits.rapid, path.feed))
@@ -105,18 +105,6 @@ def block_limits(path: Path, limits: Limits):
         acceleration = np.minimum(acceleration, spare / angular)
     still = path.extent == 0
     return np.where(still, 0.0, speed), np.where(still, 1.0, acceleration)
-
-
-def _turning(path: Path):
-    """Largest |w_k| and a bound of |w_k'| along each block, for w = E(abc) abc'.  (m,), (m,).
-
-    |w_k|^2 = a'^2 + b'^2 + c'^2 - 2 a' c' sin b, and w_k' = a' (c' ez + b' e_b) x e_a + b' c' ez x e_b.
-    """
-    a, b, c = np.abs(path.turn).T
-    first, last = path.abc0[:, 1], path.abc0[:, 1] + path.turn[:, 1] * path.extent
-    steepest = np.floor(first / np.pi - 0.5) != np.floor(last / np.pi - 0.5)  # passes an odd multiple of 90 deg
-    sine = np.where(steepest, 1.0, np.maximum(np.abs(np.sin(first)), np.abs(np.sin(last))))
-    return np.sqrt(a * a + b * b + c * c + 2 * a * c * sine), a * c + a * b + b * c
 
 
 def _junction_speeds(path: Path, speed, acceleration, corner):

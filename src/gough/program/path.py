@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import ProgramError
 from ..frames import abc_of_rotation_np, rotation_of_abc_np
-from .blocks import ARC, KINDS, REST, Block, CircleOfPath, batches
+from .blocks import ARC, REST, Block, Blocks, CircleOfPath
 from .segments import dot, norm, rotated
 
 _FULL = 2 * np.pi - 1e-6  # rad, a circle closed to the rounding of its end points
@@ -30,6 +30,7 @@ class Path:
     s0              (m + 1,) path length at the start of each, and at the end
     abc0, turn      (m, 3) angles at the start, rad; their change per unit of extent
     feed rapid dwell line circle                                   circle: id, or 0
+    tolerance tool spindle                                         as in Block
     """
 
     def __init__(self, blocks: Iterable[Block], circle_from: float = _FULL):
@@ -40,21 +41,15 @@ class Path:
         ProgramError
             no blocks, a number that is not finite, a move without length, a gap between blocks, an arc without radius.
         """
-        blocks = list(blocks)
-        if not blocks:
+        table = blocks if isinstance(blocks, Blocks) else Blocks(blocks)
+        if not len(table):
             raise ProgramError("a path has at least one block")
-        self.kind = np.array([KINDS[type(b.segment)] for b in blocks], np.int8)
-        self.index = np.zeros(len(blocks), np.int64)
-        for k in range(4):
-            rows = np.flatnonzero(self.kind == k)
-            self.index[rows] = np.arange(len(rows))
-        self.abc0, abc1 = (np.array([getattr(b, name) for b in blocks], float) for name in ("abc0", "abc1"))
-        self.feed, self.dwell = (np.array([getattr(b, name) for b in blocks], float) for name in ("feed", "dwell"))
-        self.rapid = np.array([b.rapid for b in blocks], bool)
-        self.line = np.array([b.line for b in blocks], np.int32)
+        columns = table.columns()
+        abc1 = columns.pop("abc1")
+        self.__dict__.update(columns)
         change = abc1 - self.abc0
         self.p_WO, self.R_WO = np.zeros(3), np.eye(3)
-        self._set(batches([b.segment for b in blocks]))
+        self._set(table.batches())
         resting = self.kind == REST
         self.extent = np.where(resting, norm(change), self.length)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -76,7 +71,9 @@ class Path:
         return len(self.kind)
 
     def _check(self, abc1):
-        numbers = np.column_stack([self.length, self.extent, self.turn, self.abc0, self.feed, self.dwell])
+        numbers = np.column_stack(
+            [self.length, self.extent, self.turn, self.abc0, self.feed, self.dwell, self.tool, self.spindle]
+        )
         wrong = np.flatnonzero(~np.isfinite(numbers).all(1))
         if len(wrong):
             raise ProgramError("a block must have finite numbers", line=self._line(wrong[0]))
@@ -90,6 +87,11 @@ class Path:
             raise ProgramError("the feed must be above 0", value=f"{self.feed[slow[0]]:g}", line=self._line(slow[0]))
         every = np.arange(len(self))
         first, last = self.point(every, np.zeros(len(self))), self.point(every, self.length)
+        # with another tool the tip stands elsewhere while the machine stays: T is where it was
+        changed = np.flatnonzero((self.tool[1:] != self.tool[:-1]).any(1))
+        if len(changed):
+            R_OT = rotation_of_abc_np(abc1[changed])
+            last[changed] += rotated(R_OT, self.tool[changed] - self.tool[changed + 1])
         gap = norm(first[1:] - last[:-1])
         wrong = np.flatnonzero(~(gap <= 1e-9 + 1e-12 * np.abs(last[:-1]).max(1)))  # rounding of long paths
         if len(wrong):
@@ -210,6 +212,25 @@ class Path:
     def angles(self, i, u):
         """a b c of the program.  (n, 3) rad."""
         return self.abc0[i] + self.turn[i] * u[:, None]
+
+    def angle_rate(self, i, u):
+        """d(abc)/du.  (n, 3)."""
+        return self.turn[i]
+
+    def angle_bend(self, i, u):
+        """d2(abc)/du2.  (n, 3)."""
+        return np.zeros((len(i), 3))
+
+    def turning(self):
+        """Largest |w_k| and a bound of |w_k'| along each block, for w_k = E(abc) d(abc)/du.  (m,), (m,).
+
+        |w_k|^2 = a'^2 + b'^2 + c'^2 - 2 a' c' sin b, and w_k' = a' (c' ez + b' e_b) x e_a + b' c' ez x e_b.
+        """
+        a, b, c = np.abs(self.turn).T
+        first, last = self.abc0[:, 1], self.abc0[:, 1] + self.turn[:, 1] * self.extent
+        steepest = np.floor(first / np.pi - 0.5) != np.floor(last / np.pi - 0.5)  # passes an odd multiple of 90 deg
+        sine = np.where(steepest, 1.0, np.maximum(np.abs(np.sin(first)), np.abs(np.sin(last))))
+        return np.sqrt(a * a + b * b + c * c + 2 * a * c * sine), a * c + a * b + b * c
 
     def rotation(self, abc):
         """R_WT for angles of the program.  (n, 3) -> (n, 3, 3)."""
