@@ -63,6 +63,13 @@ def test_bend_is_the_derivative_of_the_tangent(segment):
     np.testing.assert_allclose((bend * ask(segment, "tangent", s)).sum(1), 0, atol=1e-12)
 
 
+def test_third_is_the_largest_rate_of_the_bend(segment):
+    s, h = np.linspace(1e-3, segment.length[1] - 1e-3, 9001), 1e-6
+    rate = norm((ask(segment, "bend", s + h) - ask(segment, "bend", s - h)) / (2 * h))
+    # 1e-4: the samples stand 50 um apart at radii of 8 mm and more; 1e-6: rounding 1e-16 / h times the curvature
+    assert segment.third()[1] * (1 - 1e-4) - 1e-6 <= rate.max() <= segment.third()[1] * (1 + 1e-5) + 1e-6
+
+
 def test_length_is_the_integral_of_the_chords(segment):
     s = np.linspace(0, segment.length[1], 20_001)
     chords = norm(np.diff(ask(segment, "point", s), axis=0)).sum()

@@ -195,10 +195,17 @@ class Path:
 
     def sharpest(self):
         """Largest curvature of each block.  (m,) 1/m."""
+        return self._most("sharpest")
+
+    def third(self):
+        """Largest |p'''| of each block.  (m,) 1/m2."""
+        return self._most("third")
+
+    def _most(self, what):
         out = np.zeros(len(self))
         for k, batch in enumerate(self.batches):
             rows = self.kind == k
-            out[rows] = batch.sharpest()[self.index[rows]]
+            out[rows] = getattr(batch, what)()[self.index[rows]]
         return out
 
     def locate(self, s):

@@ -1,12 +1,13 @@
 """Lines, arcs, helices and points by arc length, many at a time.
 
 A batch holds m segments as arrays.  Its methods take the numbers i of n segments and n arc lengths s from the start of
-each, and answer n rows; every kind of segment answers the same five:
+each, and answer n rows; every kind of segment answers the same six:
 
     point(i, s)       p(s)         (n, 3) m
     tangent(i, s)     p'(s)        (n, 3) unit
     bend(i, s)        p''(s)       (n, 3) 1/m, towards the centre of curvature; zero where straight
     sharpest()        largest |p''| of each segment, (m,) 1/m
+    third()           largest |p'''| of each segment, (m,) 1/m2
     closest(i, p, lo, hi, near)    s in [lo, hi] of the point closest to p; of equally close ones that nearest to `near`
 
 Arc and helix, turning by theta = s / g about the axis n through c, with a rise of h along n for each radian:
@@ -78,6 +79,9 @@ class Points:
     def sharpest(self):
         return np.zeros(len(self.length))
 
+    def third(self):
+        return np.zeros(len(self.length))
+
     def closest(self, i, p, lo, hi, near):
         return np.zeros(len(i)) + 0 * p[..., 0]
 
@@ -109,6 +113,9 @@ class Lines:
         return np.zeros((len(i), 3))
 
     def sharpest(self):
+        return np.zeros(len(self.length))
+
+    def third(self):
         return np.zeros(len(self.length))
 
     def closest(self, i, p, lo, hi, near):
@@ -157,6 +164,9 @@ class Arcs:
 
     def sharpest(self):
         return self.radius / self.gain**2
+
+    def third(self):
+        return self.radius / self.gain**3
 
     def closest(self, i, p, lo, hi, near):
         d = p - self.center[i]
