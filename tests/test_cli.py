@@ -357,7 +357,7 @@ def test_check_says_what_a_file_is(gough, write):
 
 
 def test_check_finds_the_mistakes_of_an_nc_program_with_their_lines(gough, write):
-    write("part.ngc", "G21\nG1 X10\nG99 X1\nM2\n")
+    write("part.ngc", "G21\nG1 X10\nG81 X1\nM2\n")
     write("first.toml", EXPERIMENT, {CIRCLE: 'file = "part.ngc"'})
     for name in ("part.ngc", "first.toml"):
         ended = gough("check", name)
@@ -479,3 +479,14 @@ def test_a_program_named_like_a_log_is_kept_beside_it(gough, write, tmp_path):
     assert (tmp_path / "out/pid.ngc").read_text().startswith("G21")
     assert not Log.load(tmp_path / "out/pid.nc").failed
     assert gough("check", "out/experiment.toml").status == 0
+
+
+def test_show_tells_every_move_of_an_nc_program(gough, write):
+    write("part.ngc", "G21 G90\nG1 X10 F600\n#1 = 20\no1 repeat [2]\nG91 X#1\no1 endrepeat\nM2\n")
+    rows = [row.split() for row in gough("show", "part.ngc").out.splitlines()[1:]]
+    assert rows == [["2", "G1", "10", "0", "0", "600"], ["5", "G1", "30", "0", "0", "600"],
+                    ["5", "G1", "50", "0", "0", "600"]]  # fmt: skip
+    told = gough("show", "part.ngc", "--json").json
+    assert [move["end"][0] for move in told["moves"]] == pytest.approx([0.01, 0.03, 0.05], abs=1e-15)
+    assert gough("show", "cone-frustum").out.count("\n") > 200, "a program of the library is found by its name"
+    assert gough("show", "none.ngc").status == 2

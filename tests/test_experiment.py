@@ -257,3 +257,70 @@ def test_a_wrong_kind_of_program_does_not_hide_the_rest_either(write):
     with pytest.raises(ExperimentError) as caught:
         load_experiment(write("a.toml", text))
     assert [p.key for p in caught.value.problems] == ["program.kind", "program.radius"]
+
+
+# -- NC programs with tools, parameters and called files ------------------------------------------------------------
+
+CALLING = "T2 M6 G43\nG55 G0 X0 Z5\no<slot> call [3]\nM2\n"
+TOOLS = '[tools]\n2 = { length = "80 mm", diameter = "10 mm" }\n'
+
+
+@pytest.fixture
+def with_tools(tmp_path):
+    """An experiment whose program needs a tool table, a parameter file and a called file."""
+    (tmp_path / "part.ngc").write_text(CALLING)
+    (tmp_path / "subs").mkdir()
+    (tmp_path / "subs" / "slot.ngc").write_text("o<slot> sub\nG1 Z-#1 F300\nX20\no<slot> endsub\n")
+    (tmp_path / "linuxcnc.var").write_text("5241 7.5\n")
+    keys = 'file = "part.ngc"\nparameters = "linuxcnc.var"\nsubroutines = "subs"'
+    file = tmp_path / "part.toml"
+    file.write_text(EXPERIMENT.replace(CIRCLE, keys) + "\n" + TOOLS)
+    return file
+
+
+def test_tools_parameters_and_called_files_come_from_where_the_experiment_says(with_tools):
+    program = load_experiment(with_tools).program
+    path = program.path()
+    np.testing.assert_allclose(
+        path.point(np.array([len(path) - 1]), path.length[-1:])[0], [27.5e-3, 0, -3e-3], atol=1e-15
+    )
+    np.testing.assert_allclose(path.tool[-1], [0, 0, 0.08])
+
+
+def test_a_run_with_tools_and_called_files_is_repeated_from_its_folder_alone(with_tools, tmp_path):
+    first = load_experiment(with_tools)
+    folder = tmp_path / "results"
+    for name, text in resolved(first).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    for file in (tmp_path / "subs" / "slot.ngc", tmp_path / "linuxcnc.var", tmp_path / "part.ngc"):
+        file.unlink()
+    again = load_experiment(folder / "experiment.toml")
+    assert again.program == first.program
+    assert again.program.tools == first.program.tools
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ('"80 mm"', "80", "{}:{}: tools.2.length: has no unit, got 80"),
+        ("length =", "lenth =", "{}:{}: tools.2.lenth: no such key; did you mean length?"),
+        ("2 = {", "-2 = {", "{}:{}: tools.-2: a tool's number is a whole number above 0, got '-2'"),
+        (TOOLS, '[tools]\nfile = "no.tbl"\n', "no.tbl: cannot be read: No such file or directory"),
+        (TOOLS, '[tools]\nfile = 3\n', "{}:{}: tools.file: must be the name of a file, got 3"),
+        ('"subs"', "3", "{}:{}: program.subroutines: must be the name of a folder, got 3"),
+        (
+            'file = "part.ngc"\nparameters = "linuxcnc.var"\nsubroutines = "subs"', CIRCLE,
+            "{}:{}: tools: only an NC program uses tools; remove the table",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_tools_is_told_with_its_line(with_tools, old, new, message):
+    text = with_tools.read_text().replace(old, new)
+    with_tools.write_text(text)
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(with_tools)
+    wanted = new if not new.startswith(("[tools]", "kind")) else new.splitlines()[-1]
+    wanted = "[tools]" if ": tools: " in message else wanted
+    line = next((n for n, row in enumerate(text.splitlines(), 1) if wanted.splitlines()[0] in row), None)
+    assert message.format(with_tools, line) in str(caught.value)

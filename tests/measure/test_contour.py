@@ -9,6 +9,7 @@ from gough.frames import quaternion_of_abc_np, quaternion_of_rotation_np, rotati
 from gough.measure import ContourMeter
 from gough.program import CircleDiamondSquare, Ellipse, Polyline
 from gough.program.blocks import Arc, Block, Line, Rest
+from gough.program.course import Course
 from gough.program.feed import Feed, Limits
 from gough.program.path import Path
 from gough.program.reference import Motion
@@ -21,7 +22,7 @@ def motion_of(blocks, machine, corner="stop", frame=None):
     path = Path(blocks)
     if frame is not None:
         path = path.placed(*frame)
-    return Motion(path, Feed(path, LIMITS, corner), machine)
+    return Motion(path, Course(path, path), Feed(path, LIMITS, corner), machine)
 
 
 def lines(points, feed=0.05, abc=None):
@@ -309,3 +310,53 @@ def test_polyline_corner_error_is_the_papers_geometry(machine):
     k = int(np.ceil(t / 1e-4))
     x = np.array([[0.051, 0, 0, 1, 0, 0, 0]])
     assert ContourMeter(motion)(k, k + 1, 1e-4, x).contour_error[0] == pytest.approx(1e-3, rel=1e-12)
+
+
+def test_what_is_measured_is_the_tip_of_the_tool_in_use(machine):
+    """T runs 150 mm above the path; the error is that of the tip, also where T is where it should be and tilts."""
+    tool = (0.01, -0.02, 0.15)
+    abc = np.array([(0, 0, 0), (0.2, -0.1, 0.5), (0.1, 0, 0.5)])
+    blocks = [b._replace(tool=tool) for b in lines([(0, 0, 0), (0.05, 0, 0), (0.05, 0.05, 0)], abc=abc)]
+    frame = (np.array([0.2, -0.1, -1.0]), rotation_of_abc_np(np.array([0.3, 0.2, -1.0])))
+    motion = motion_of(blocks, machine, frame=frame)
+    Ts = 5e-3
+    n = motion.count(Ts)
+    r = motion.sample(0, n, Ts)
+    assert np.abs(ContourMeter(motion)(0, n, Ts, true_of(r, 0)).contour_error).max() < 1e-15
+    book = motion.book(0, n, Ts)
+    turn = 1e-3 * np.random.default_rng(0).normal(size=(n, 3))
+    found = ContourMeter(motion)(0, n, Ts, true_of(r, 0, turn))
+    R = rotation_of_abc_np(r.x[:, 3:])
+    tip = r.x[:, :3] - rotation_of_vector_np(turn) @ R @ np.array(tool)
+    for k in range(0, n, 37):
+        assert found.contour_error[k] == pytest.approx(
+            closest(motion.path, tip[k], book.s[k], book.window[k])[0], abs=1e-12
+        )
+
+
+def test_the_path_of_another_tool_is_not_looked_at(machine):
+    """The second tool is 1 mm longer: beside its path there is that of the first, a millimetre above or below."""
+    one, two = lines([(0, 0, 0), (0.02, 0, 0), (0.01, 0, 0)])
+    down = np.array([0, 0, -1e-3])
+    two = two._replace(segment=Line((0.02, 0, -1e-3), (0.01, 0, -1e-3)), tool=(0, 0, 1e-3))
+    motion = motion_of([one, two], machine)
+    Ts = 1e-3
+    n = motion.count(Ts)
+    r, book = motion.sample(0, n, Ts), motion.book(0, n, Ts)
+    x = true_of(r, -0.9 * down)  # 0.9 mm too high: nearer to the other tool's path than to its own
+    found = ContourMeter(motion)(0, n, Ts, x)
+    np.testing.assert_allclose(found.contour_error, 0.9e-3, rtol=1e-12)
+    np.testing.assert_array_equal(np.unique(book.block), [0, 1])
+
+
+def test_blends_are_measured_against_the_sharp_path(machine):
+    program = Polyline(points=[[0, 0, 0], [0.05, 0, 0], [0.05, 0.05, 0]], feed=0.05, corner="blend", tolerance=1e-4)
+    motion = program.plan(machine)
+    Ts = 1e-4
+    n = motion.count(Ts)
+    r = motion.sample(0, n, Ts)
+    found = ContourMeter(motion)(0, n, Ts, true_of(r, 0))
+    # samples stand 2 um apart; the middle of the blend is 0.1 mm from the corner on the bisector, so 0.1 mm times
+    # sin 45 degrees from both legs
+    assert found.contour_error.max() == pytest.approx(1e-4 * np.sqrt(0.5), abs=1e-6)
+    assert motion.path.s0[-1] == pytest.approx(0.1, rel=1e-15)

@@ -25,7 +25,8 @@ def rows(kind: type[Program], names) -> list[str]:
         elif field.annotation is bool:
             unit = "true or false"
         else:
-            unit = " or ".join(f'"{word}"' for word in get_args(field.annotation))
+            words = [word for part in (field.annotation, *get_args(field.annotation)) for word in get_args(part)]
+            unit = " or ".join(f'"{word}"' for word in words if isinstance(word, str))
         out.append(f"| `{name}` | {unit} | {field.description} | {default(field.default, spec)} |")
     return out
 
@@ -40,7 +41,7 @@ def default(value, spec) -> str:
     if isinstance(value, str):
         return f'"{value}"'
     if np.ndim(value):
-        return " ".join(f"{v:g}" for v in value)
+        return ", ".join(show(v, spec.unit) for v in value) if np.any(value) else " ".join("0" for _ in value)
     return show(value, spec.unit)
 
 

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from gough.program.blocks import Arc, Block, Line, Rest
+from gough.program.course import Course
 from gough.program.feed import Feed, Limits
+from gough.program.junctions import stops
 from gough.program.path import Path
+from gough.program.profiles.trapezoid import trapezoids
 from gough.program.segments import norm
 
 LIMITS = Limits(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
@@ -75,11 +78,11 @@ def test_constant_corners_keep_the_speed():
     np.testing.assert_array_equal(feed.at(t).ud, 0.05)
 
 
-@pytest.mark.parametrize("angle, stops", [(0.0099, False), (0.0101, True)])
-def test_a_bend_above_a_hundredth_of_a_degree_is_a_corner(angle, stops):
+@pytest.mark.parametrize("angle, halts", [(0.0099, False), (0.0101, True)])
+def test_a_bend_above_a_hundredth_of_a_degree_is_a_corner(angle, halts):
     a = np.radians(angle)
     bent = chain([(0, 0, 0), (0.1, 0, 0), (0.1 + 0.1 * np.cos(a), 0.1 * np.sin(a), 0)])
-    assert (Feed(bent, LIMITS).v0[1] == 0) == stops
+    assert (trapezoids(Feed(bent, LIMITS).cells).v0[1] == 0) == halts
 
 
 def test_a_line_runs_into_its_tangent_arc_without_a_stop_at_the_lower_feed():
@@ -89,7 +92,7 @@ def test_a_line_runs_into_its_tangent_arc_without_a_stop_at_the_lower_feed():
             Block(Arc((0.1, 0, 0), (0.1, 0.05, 0), (0, 0, 1), np.pi / 2), feed=0.03),
         ]
     )
-    assert Feed(path, LIMITS).v0[1] == 0.03
+    assert trapezoids(Feed(path, LIMITS).cells).v0[1] == 0.03
 
 
 @pytest.mark.parametrize("corner", ["stop", "constant"])
@@ -100,7 +103,7 @@ def test_a_rapid_a_rest_and_the_end_of_a_turn_stop_the_feed(corner):
         Block(Rest((0.3, 0, 0)), dwell=0.5), Block(straight[3], feed=0.05),
     ]  # fmt: skip
     feed = Feed(Path(blocks), LIMITS, corner)
-    np.testing.assert_array_equal(feed.v0, 0)
+    np.testing.assert_array_equal(trapezoids(feed.cells).v0, 0)
     one = 0.1 / 0.05 + 0.05 / 2
     assert feed.duration == pytest.approx(3 * one + 0.5 + 0.1 / 0.3 + 0.3 / 2, rel=1e-14)
 
@@ -110,8 +113,8 @@ def test_a_tool_that_begins_to_turn_stops_unless_corners_are_constant():
         Block(Line((0, 0, 0), (0.1, 0, 0)), feed=0.05),
         Block(Line((0.1, 0, 0), (0.2, 0, 0)), (0, 0, 0), (0.1, 0, 0), feed=0.05),
     ]
-    assert Feed(Path(blocks), LIMITS, "stop").v0[1] == 0
-    assert Feed(Path(blocks), LIMITS, "constant").v0[1] == 0.05
+    assert trapezoids(Feed(Path(blocks), LIMITS, "stop").cells).v0[1] == 0
+    assert trapezoids(Feed(Path(blocks), LIMITS, "constant").cells).v0[1] == 0.05
 
 
 def test_a_turn_at_rest_is_a_trapezoid_of_its_angle():
@@ -137,7 +140,7 @@ def test_limits_hold_and_position_is_the_integral_of_speed(seed, corner):
     path = random_path(seed)
     feed = Feed(path, LIMITS, corner)
     t = np.linspace(0, feed.duration, 40_001)
-    i, u, ud, udd = feed.at(t)
+    i, u, ud, udd = feed.at(t)[:4]
     assert (ud >= -1e-12).all()
     assert (ud <= feed.speed[i] * (1 + 1e-9)).all()
     assert (np.abs(udd) <= feed.acceleration[i] * (1 + 1e-9)).all()
@@ -148,13 +151,14 @@ def test_limits_hold_and_position_is_the_integral_of_speed(seed, corner):
     np.testing.assert_allclose(np.diff(whole)[within], ((ud[1:] + ud[:-1]) / 2 * step)[within], atol=1e-13)
     assert within.mean() > 0.9
     # speeds at the junctions fit: the rule v1^2 <= v0^2 + 2 a L, both ways
-    rise = feed.v1**2 - feed.v0**2
+    part = trapezoids(feed.cells)
+    rise = part.v1**2 - part.v0**2
     assert (np.abs(rise) <= 2 * feed.acceleration * path.extent * (1 + 1e-9) + 1e-15).all()
     # trapezoid by block: the area under the speed is the block's extent, exactly
     area = (
-        feed.t_up * (feed.v0 + feed.peak) / 2
-        + feed.t_down * (feed.v1 + feed.peak) / 2
-        + np.where(path.extent > 0, feed.t_cruise * feed.peak, 0)
+        part.t_up * (part.v0 + part.peak) / 2
+        + part.t_down * (part.v1 + part.peak) / 2
+        + np.where(path.extent > 0, part.t_cruise * part.peak, 0)
     )
     np.testing.assert_allclose(area, path.extent, rtol=1e-9, atol=1e-15)
 
@@ -164,7 +168,7 @@ def test_twist_stays_within_the_angular_limits(seed, machine):
     from gough.program.reference import Motion
 
     path = random_path(seed)
-    motion = Motion(path, Feed(path, LIMITS, "stop"), machine)
+    motion = Motion(path, Course(path, path), Feed(path, LIMITS, "stop"), machine)
     r = motion.sample(0, motion.count(2e-3), 2e-3)
     assert norm(r.xd[:, 3:]).max() <= LIMITS.angular_rate * (1 + 1e-9)
     assert norm(r.xdd[:, 3:]).max() <= LIMITS.angular_acceleration * (1 + 1e-9)
@@ -174,9 +178,9 @@ def test_the_profile_ends_exactly_at_the_end_and_rests_there():
     feed = Feed(random_path(3), LIMITS)
     last = len(feed.extent) - 1
     for t in (feed.duration, feed.duration + 1.0):
-        i, u, ud, udd = feed.at(np.array([t]))
+        i, u, ud, udd = feed.at(np.array([t]))[:4]
         assert (i[0], u[0], ud[0], udd[0]) == (last, feed.extent[last], 0.0, 0.0)
-    i, u, ud, udd = feed.at(np.array([-0.1]))
+    i, u, ud, udd = feed.at(np.array([-0.1]))[:4]
     assert (i[0], u[0], ud[0], udd[0]) == (0, 0.0, 0.0, 0.0)
 
 
@@ -184,22 +188,17 @@ def test_speed_is_continuous_except_at_constant_corners():
     feed = Feed(random_path(7), LIMITS)
     t = np.linspace(0, feed.duration, 200_001)
     step = t[1] - t[0]
-    _, _, ud, _ = feed.at(t)
+    _, _, ud, _ = feed.at(t)[:4]
     assert np.abs(np.diff(ud)).max() <= 5.0 * step * (1 + 1e-6)  # the largest of all accelerations
 
 
 def test_no_slower_profile_than_needed_every_block_reaches_a_limit():
     """Look-ahead is greedy: at each junction the speed is its cap, or a full ramp leads to it or from it."""
     feed, path = Feed(random_path(11), LIMITS), random_path(11)
-    cap = np.where(_free(path), np.minimum(feed.speed[:-1], feed.speed[1:]), 0.0)
-    v = feed.v0[1:]
+    cap = np.where(~stops(path), np.minimum(feed.speed[:-1], feed.speed[1:]), 0.0)
+    part = trapezoids(feed.cells)
+    v = part.v0[1:]
     gain = 2 * feed.acceleration * path.extent
-    ramp_in = np.isclose(v**2, feed.v0[:-1] ** 2 + gain[:-1], rtol=1e-9)
-    ramp_out = np.isclose(v**2, feed.v1[1:] ** 2 + gain[1:], rtol=1e-9)
+    ramp_in = np.isclose(v**2, part.v0[:-1] ** 2 + gain[:-1], rtol=1e-9)
+    ramp_out = np.isclose(v**2, part.v1[1:] ** 2 + gain[1:], rtol=1e-9)
     assert (np.isclose(v, cap) | ramp_in | ramp_out).all()
-
-
-def _free(path):
-    from gough.program.feed import _stops
-
-    return ~_stops(path, "stop")

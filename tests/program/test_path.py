@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gough.errors import ProgramError
-from gough.program.blocks import Arc, Block, Line, Rest
+from gough.program.blocks import Arc, Block, Blocks, Line, Rest
 from gough.program.feed import Feed, Limits
 from gough.program.path import Path
 
@@ -76,6 +76,41 @@ def test_a_placed_path_keeps_its_lengths_and_places_its_circles():
     np.testing.assert_allclose(placed.circles[0].center, [1, 2, 3], atol=1e-15)
     np.testing.assert_allclose(placed.circles[0].normal, R[:, 2], atol=1e-15)
     np.testing.assert_array_equal(path.R_WO, np.eye(3))  # the first is as it was
+
+
+def test_blocks_and_paths_print_a_line_a_block_in_the_units_of_nc_programs():
+    end = (0.1, 0.05, 0.0)
+    blocks = [
+        Block(Line((0, 0, 0), (0.1, 0, 0)), rapid=True, line=3),
+        Block(Arc((0.1, 0, 0), (0.1, 0.025, 0), (0, 0, 1), np.pi), feed=0.02, line=4, tolerance=2e-5),
+        Block(Arc(end, (0.1, 0.025, 0), (0, 0, 1), -np.pi, -0.001), feed=0.02, line=5, tolerance=-1.0),
+        Block(Rest((0.1, 0, -0.001)), (0, 0, 0), (0.5, 0, 0), feed=0.1, line=6, tolerance=np.inf),
+        Block(Rest((0.1, 0, -0.001)), (0.5, 0, 0), (0.5, 0, 0), dwell=1.5, line=7),
+        Block(Line((0.1, 0, -0.001), (0, 0, 0)), (0.5, 0, 0), (0, 0, 0), feed=0.03),
+    ]
+    expected = """\
+NC line  move        X   Y   Z        A  B  C  centre          F  corner
+      3  G0        100   0   0        0  0  0
+      4  G3        100  50   0        0  0  0  100 25 0     1200  blend 0.02
+      5  G2 helix  100   0  -1        0  0  0  100 25 0     1200  exact stop
+      6  turn      100   0  -1  28.6479  0  0            343.775  blend
+      7  G4 P1.5   100   0  -1  28.6479  0  0
+         G1          0   0   0        0  0  0               1800"""
+    assert str(Path(blocks)) == expected
+    assert str(Blocks(blocks)) == expected
+
+
+def test_a_long_table_is_cut_in_the_middle_and_an_empty_one_says_so():
+    points = [(k * 1e-3, 0.0, 0.0) for k in range(1001)]
+    path = Path(
+        [Block(Line(a, b), feed=0.1, line=k) for k, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True), 1)]
+    )
+    rows = str(path).splitlines()
+    assert len(rows) == 42
+    assert rows[21] == "... 960 more ..."
+    assert rows[20].split()[:3] == ["20", "G1", "20"]
+    assert rows[22].split()[:3] == ["981", "G1", "981"]
+    assert str(Blocks()) == "0 blocks: a path has at least one block"
 
 
 @pytest.mark.slow

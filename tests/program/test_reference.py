@@ -5,10 +5,14 @@ import pytest
 
 from gough.frames import abc_of_rotation_np, rotation_of_abc_np, rotation_vector_np
 from gough.program import Circle, Ellipse, Polyline
-from gough.program.blocks import Arc, Block, Line, Rest
+from gough.program.blocks import CURVE, Arc, Block, Line, Rest
+from gough.program.course import Course, Rules, course_of
 from gough.program.feed import Feed, Limits
 from gough.program.path import Path
 from gough.program.reference import Motion
+from gough.program.segments import norm
+
+from .corners import chain_of, random_path, surface
 
 LIMITS = Limits(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
 HALF = (0.1, -0.05, 0.2)
@@ -29,14 +33,15 @@ def motion(request, machine):
     path = Path(BLOCKS)
     if request.param == "frame turned":
         path = path.placed([0.1, -0.2, 0.3], FRAME)
-    return Motion(path, Feed(path, LIMITS), machine)
+    return Motion(path, Course(path, path), Feed(path, LIMITS), machine)
 
 
 def smooth(motion, Ts, k):
     """Samples with no change of phase within one sample of them: there the motion has all derivatives."""
     f = motion.feed
-    ends = np.sort(np.concatenate([f.times[:-1] + f.t_up, f.times, f.times[1:] - f.t_down]))
-    return np.abs(ends[None] - (k * Ts)[:, None]).min(1) > 1.5 * Ts
+    ends = np.sort(np.concatenate([f.profile.phases.times, f.times])) + motion.lead_in
+    near = np.clip(np.searchsorted(ends, k * Ts), 1, len(ends) - 1)
+    return np.minimum(np.abs(ends[near] - k * Ts), np.abs(ends[near - 1] - k * Ts)) > 1.5 * Ts
 
 
 def test_twist_is_the_rate_of_the_pose_and_its_rate_the_rate_of_the_twist(motion):
@@ -143,7 +148,7 @@ def test_home_is_the_origin_where_the_program_gives_none(machine):
 def test_angles_pass_unchanged_where_the_frame_is_not_turned(machine):
     """No wrap: c may go beyond 180 degrees, as a machine with such an axis would."""
     path = Path([Block(Rest((0, 0, 0)), (0, 0, 3.0), (0, 0, 4.0), feed=0.5)])
-    motion = Motion(path, Feed(path, LIMITS), machine)
+    motion = Motion(path, Course(path, path), Feed(path, LIMITS), machine)
     c = motion.sample(0, motion.count(1e-3), 1e-3).x[:, 5]
     assert c[-1] == pytest.approx(4.0, rel=1e-15)
     assert np.abs(np.diff(c)).max() < 1e-3
@@ -153,7 +158,7 @@ def test_angles_in_a_turned_frame_have_no_jumps(machine):
     blocks = [Block(Rest((0, 0, 0)), (0, 0, -3.0), (0.3, 0.2, 4.0), feed=0.5)]
     for turn in ([0, 0, 2.5], [0.2, -0.1, -2.5]):
         path = Path(blocks).placed([0, 0, 0], rotation_of_abc_np(np.array(turn)))
-        motion = Motion(path, Feed(path, LIMITS), machine)
+        motion = Motion(path, Course(path, path), Feed(path, LIMITS), machine)
         x = motion.sample(0, motion.count(1e-3), 1e-3).x
         assert np.abs(np.diff(x[:, 3:], axis=0)).max() < 2e-3
         R = path.rotation(path.angles(np.zeros(1, int), path.extent))
@@ -167,3 +172,93 @@ def test_an_ellipse_is_run_at_its_feed(machine):
     np.testing.assert_allclose(np.linalg.norm(r.xd[middle, :3], axis=1), 0.05, rtol=1e-14)
     on = (r.x[:, 0] / 0.1) ** 2 + (r.x[:, 1] / 0.03) ** 2
     np.testing.assert_allclose(on, 1, atol=1e-14)
+
+
+TOOL = (0.01, -0.02, 0.15)
+
+
+def with_tools(path_blocks):
+    """The same blocks with a tool offset from the second on: its tip stands elsewhere, so the rest of the path does."""
+    out, shift = list(path_blocks[:1]), None
+    R = rotation_of_abc_np(np.array(path_blocks[0].abc1))
+    shift = -R @ np.array(TOOL)
+    for block in path_blocks[1:]:
+        start, end = (np.array(p) + shift for p in block.segment)
+        out.append(block._replace(segment=Line(tuple(start), tuple(end)), tool=TOOL))
+    return out
+
+
+def short_lines(points, abc):
+    return Path(chain_of(points, abc=abc))
+
+
+CORNERS = {
+    "lines": (random_path(3, 14, kinds=("line",), turn=1.5), Rules("blend", 1e-4)),
+    "arcs and helices": (random_path(4, 14, turn=1.5, straight=0.3), Rules("blend", 1e-4, smooth=True)),
+    "tilting": (random_path(5, 14, turn=1.5, tilt=0.05), Rules("blend", 1e-4, axis_tolerance=5e-3, smooth=True)),
+    "splines": (short_lines(*surface(120, tilt=0.1)), Rules("blend", 1e-4, spline=True)),
+    "tool": (
+        Path(with_tools(chain_of(np.cumsum([[0, 0, 0], [9, 0, 0], [0, 9, 0], [3, 3, 3]], 0) * 1e-3,
+                                 abc=np.array([[0, 0, 0], [0, 0, 0], [0.1, 0, 0.1], [0.1, 0.2, 0]])))),
+        Rules("blend", 1e-4, axis_tolerance=5e-3),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CORNERS)
+@pytest.mark.parametrize("frame", [None, FRAME], ids=["as programmed", "frame turned"])
+def test_along_blends_splines_and_tools_every_derivative_is_that_of_the_one_before(name, frame, machine):
+    path, rules = CORNERS[name]
+    path = path if frame is None else path.placed([0.1, -0.2, 0.3], frame)
+    course = course_of(path, rules)
+    assert (course.path.kind == CURVE).sum() > 1
+    limits = LIMITS._replace(jerk=50.0)
+    motion = Motion(path, course, Feed(course.path, limits, "blend", "jerk_limited"), machine)
+    Ts = 2e-5
+    n = min(motion.count(Ts), 120_000)
+    r = motion.sample(0, n, Ts)
+    k = np.arange(1, n - 1)
+    k = k[smooth(motion, Ts, k)]
+    assert len(k) > 0.8 * n
+    # central differences err by Ts^2 / 6 times the next but one derivative: jerk 50 m/s3 on an arm of 0.15 m, and its
+    # rate, for which a change within 0.2 ms is allowed for; the rest is rounding, 1e-16 / Ts
+    v = (r.x[k + 1, :3] - r.x[k - 1, :3]) / (2 * Ts)
+    np.testing.assert_allclose(v, r.xd[k, :3], atol=1e-7)
+    R = rotation_of_abc_np(r.x[:, 3:])
+    w = rotation_vector_np(R[k + 1] @ np.swapaxes(R[k - 1], -1, -2)) / (2 * Ts)
+    np.testing.assert_allclose(w, r.xd[k, 3:], atol=1e-6)
+    rate = (r.xd[k + 1] - r.xd[k - 1]) / (2 * Ts)
+    np.testing.assert_allclose(rate, r.xdd[k], atol=1e-3)
+    # and at the junctions nothing jumps: the velocity changes by what the acceleration allows
+    most = np.abs(r.xdd).max(0)
+    assert (np.abs(np.diff(r.xd, axis=0)) <= most * Ts * 1.1 + 1e-12).all()
+    parts = [motion.sample(a, min(a + 977, 5000), Ts) for a in range(0, 5000, 977)]
+    for field in r._fields:
+        np.testing.assert_array_equal(np.concatenate([getattr(p, field) for p in parts]), getattr(r, field)[:5000])
+
+
+def test_with_a_tool_offset_t_stands_beside_the_tip_and_the_tip_is_on_the_path(machine):
+    path = CORNERS["tool"][0]
+    motion = Motion(path, Course(path, path), Feed(path, LIMITS), machine)
+    n = motion.count(1e-3)
+    r, book = motion.sample(0, n, 1e-3), motion.book(0, n, 1e-3)
+    tip = path.point(book.block.astype(int), book.u)
+    arm = rotation_of_abc_np(r.x[:, 3:]) @ np.array(TOOL)
+    known = np.where((book.block > 0)[:, None], arm, 0.0)
+    np.testing.assert_allclose(r.x[:, :3] - tip, known, atol=1e-15)
+    # where the tool changes the machine stays where it is
+    change = np.flatnonzero(np.diff(book.block))[0]
+    assert norm(np.diff(r.x[change - 1 : change + 3, :3], axis=0)).max() < 1e-4
+    assert norm(np.diff(tip[change : change + 2], axis=0))[0] > 0.1
+
+
+def test_the_log_s_path_length_is_that_of_the_programmed_path(machine):
+    path, rules = CORNERS["lines"]
+    course = course_of(path, rules)
+    motion = Motion(path, course, Feed(course.path, LIMITS), machine)
+    n = motion.count(1e-3)
+    r, book = motion.sample(0, n, 1e-3), motion.book(0, n, 1e-3)
+    assert book.s[-1] == path.s0[-1]
+    assert r.s[-1, 0] == course.path.s0[-1] < path.s0[-1]
+    assert (np.diff(book.s) >= 0).all()
+    assert set(book.line) == {0, *range(1, 15)}

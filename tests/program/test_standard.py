@@ -13,7 +13,15 @@ TABLES = {
     "line": {"to": ["50 mm", "0 mm", "10 mm"], "feed": "0.1 m/s", "back": True},
     "polyline": {"points": {"unit": "mm", "value": [[0, 0, 0], [50, 50, 10], [0, 98, 20]]}, "feed": "0.2 m/s",
                  "corner": "constant"},
+    "spline": {"points": {"unit": "mm", "value": [[0, 0, 0], [50, 50, 10], [0, 98, 20]]}, "feed": "0.2 m/s",
+               "angles": {"unit": "deg", "value": [[0, 0, 0], [5, 0, 0], [0, 5, 0]]}, "closed": True},
     "circle_diamond_square": {"feed": "2400 mm/min", "settle": "0.1 s"},
+    "circular_test": {"radius": "100 mm", "feed": "3 m/min", "overlap": "90 deg",
+                      "plane": ["90 deg", "0 deg", "0 deg"]},
+    "square_corners": {"feed": "2 m/min", "side": {"unit": "mm", "value": [20, 50]}, "pause": "0.1 s"},
+    "zigzag": {"feed": "2 m/min", "angles": ["45 deg", "135 deg"], "back": True},
+    "cone_frustum": {"feed": "1 m/min", "half_angle": "12 deg", "tilt": "6 deg", "chord": "20 um"},
+    "s_piece": {"feed": "1 m/min", "lean": "15 deg", "chord": "20 um"},
 }  # fmt: skip
 
 
@@ -93,10 +101,15 @@ def test_the_square_the_diamond_and_the_circle_touch():
     [
         ({}, 'kind: is missing; write file = "part.ngc" or kind = "circle"'),
         ({"kind": "circel"}, "kind: no such program, got 'circel'; did you mean circle?"),
-        ({"kind": 3}, "kind: no such program, got 3; there is circle, ellipse, line, polyline, circle_diamond_square"),
+        ({"kind": 3},
+         "kind: no such program, got 3; there is circle, ellipse, line, polyline, circle_diamond_square, "
+         "circular_test, square_corners, zigzag, cone_frustum, s_piece"),
         ({"file": 3}, "file: must be the name of a file, got 3"),
         ({"file": "none.ngc"}, "file: cannot be read: No such file or directory, got none.ngc"),
         ({"file": "a.ngc", "kind": "circle"}, "kind: a program has a file or a kind, not both"),
+        ({"file": "cone-frustrum"},
+         "file: no program of the library has this name, got cone-frustrum; did you mean cone-frustum?"),
+        ({"file": "a\0.ngc"}, "file: cannot be read: no such name, got a\0.ngc"),
         ({"kind": "circle", "feed": "1 m/s"}, "radius: is missing; give radius in m"),
         (
             {"kind": "circle", "radius": "1 m", "feed": "6 m"},
@@ -108,6 +121,18 @@ def test_the_square_the_diamond_and_the_circle_touch():
          "raduis: no such key; did you mean radius?"),
         ({"kind": "circle_diamond_square", "radius": "0.1 m", "feed": "1 m/s"},
          "radius: the circle must fit into the diamond, got 0.1 m; at most 0.05657 m for this side"),
+        ({"kind": "cone_frustum", "feed": "1 m/s", "half_angle": "60 deg", "tilt": "25 deg"},
+         "tilt: half_angle and tilt together lean the tool over by more than 80 deg, got 25 deg; "
+         "at most 20 deg for this half_angle"),
+        ({"kind": "cone_frustum", "feed": "1 m/s", "half_angle": "75 deg", "tilt": "0 deg", "height": "85 mm"},
+         "height: the frustum ends in its tip, got 0.085 m; at most 0.08282 m for this radius and half_angle"),
+        ({"kind": "square_corners", "feed": "1 m/s", "side": {"unit": "mm", "value": [20, -1]}},
+         "side: must be above 0 m, got {'unit': 'mm', 'value': [20, -1]}"),
+        ({"kind": "square_corners", "feed": "1 m/s", "side": {"unit": "mm", "value": []}},
+         "side: is empty; give one side or more"),
+        ({"kind": "zigzag", "feed": "1 m/s", "angles": {"unit": "deg", "value": []}},
+         "angles: is empty; give one angle or more"),
+        ({"kind": "zigzag", "feed": "1 m/s", "angles": "180 deg"}, "angles: must be below 3.14159 rad, got '180 deg'"),
         ({"kind": "polyline", "points": {"unit": "mm", "value": [[0, 0, 0]]}, "feed": "1 m/s"},
          "points: must be two or more points of x y z, got 1 x 3"),
     ],
@@ -120,7 +145,7 @@ def test_a_wrong_table_names_its_key(table, message, tmp_path):
 
 def test_a_wrong_corner_is_told():
     with pytest.raises(
-        InputError, match="corner: is none of the words allowed here, got 'round'; write 'stop' or 'constant'"
+        InputError, match="corner: is none of the words allowed here, got 'round'; write 'stop', 'constant' or 'blend'"
     ):
         Circle(radius=0.1, feed=0.05, corner="round")
 

@@ -137,16 +137,18 @@ def machines(json: Json = False, debug: Debug = False) -> int:
 
 @app.command(rich_help_panel="Machines")
 def show(
-    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).")],
+    what: Annotated[
+        str, typer.Argument(help="A library machine, a data sheet (.toml) or an NC program (.ngc).", metavar="NAME|FILE")
+    ],
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Show a machine: every number with its unit, meaning and source."""
+    """Show a machine: every number with its unit, meaning and source.  Or an NC program: every move it comes to."""
 
     def work(outcome: Outcome) -> None:
-        from .show import show_machine
+        from .show import show_anything
 
-        show_machine(machine, outcome)
+        show_anything(what, outcome)
 
     return finish("show", work, json, debug)
 

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ExperimentError, InputError, SheetError
-from ..experiment import SUFFIXES, Experiment, experiment_of, load_experiment
+from ..experiment import SUFFIXES, Experiment, experiment_of, load_experiment, nc_file
 from ..files import Document, read_toml
 from ..machine import sheet
 from .end import Outcome, show_warning
+from .progress import preparing
 
 
 def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -> None:
@@ -24,14 +25,16 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
         the path of the tool leaves what the machine can do.
     """
     warnings.showwarning = show_warning
-    if file.suffix.lower() in SUFFIXES:
-        kind, told = _nc_program(file, machine)
-    elif file.suffix.lower() == ".toml":
-        kind, told = _toml(read_toml(file), machine)
-    else:
-        raise ExperimentError(
-            "cannot be checked", file=str(file), cure=f"give a .toml file or an NC program ({', '.join(SUFFIXES)})"
-        )
+    file = nc_file(file)
+    with preparing(file.name, quiet):
+        if file.suffix.lower() in SUFFIXES:
+            kind, told = _nc_program(file, machine)
+        elif file.suffix.lower() == ".toml":
+            kind, told = _toml(read_toml(file), machine)
+        else:
+            raise ExperimentError(
+                "cannot be checked", file=str(file), cure=f"give a .toml file or an NC program ({', '.join(SUFFIXES)})"
+            )
     outcome.data.update(file=str(file), kind=kind, **told)
     if not quiet:
         parts = ", ".join(f"{_LABELS.get(key, key)} {_text(key, value)}" for key, value in told.items())

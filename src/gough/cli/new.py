@@ -79,6 +79,8 @@ viscous = "300 N s/m"
 [limits]
 length    = ["0.70 m", "1.15 m"] # shortest and longest strut, joint to joint
 cone      = "45 deg"             # greatest angle of a joint from its direction at home
+# speed        = "30 m/min"      # greatest speed and acceleration of a strut, for programs with joint_limits = true
+# acceleration = "10 m/s2"
 # condition = 100                # greatest condition number of the Jacobian
 # condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
@@ -87,6 +89,7 @@ workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg"
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"
 acceleration         = "2 m/s2"
+jerk                 = "50 m/s3"  # for programs with profile = "jerk_limited"
 angular_rate         = "20 deg/s"
 angular_acceleration = "200 deg/s2"
 
@@ -115,11 +118,22 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
 
 [program]                        # an NC program ...
-# file   = "part.ngc"            # relative to this file
-kind   = "circle"                # ... or a curve: circle, ellipse, line, polyline
+# file   = "part.ngc"            # relative to this file; or the name of a shipped piece, "cone-frustum"
+# parameters = "linuxcnc.var"    # numbered parameters of the NC program: zeros of its coordinate systems
+# subroutines = "subroutines"    # folder of the files that it calls, else its own
+kind   = "circle"                # ... or a curve or test piece, see docs/programs.md
 radius = "50 mm"
 feed   = "3 m/min"
+# corner    = "blend"            # "stop", "constant", or round corners within the tolerance; else as the NC program says
+# tolerance = "20 um"
+# spline    = true               # short lines run as one smooth curve
+# profile   = "jerk_limited"     # or "trapezoid"
+# jerk      = "50 m/s3"          # else the machine's
+# joint_limits = true            # slow down where a strut would exceed the machine's limits
 # origin = ["0 mm", "0 mm", "0 mm", "0 deg", "0 deg", "0 deg"]  # pose of program zero in W; else the machine's home
+
+# [tools]                        # lengths of an NC program's tools; or file = "tool.tbl", LinuxCNC's
+# 1 = { length = "80 mm", diameter = "10 mm" }
 
 [[controller]]
 kind      = "pid"                # cascade of each joint, as machine tools ship it

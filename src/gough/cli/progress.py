@@ -5,7 +5,42 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
+
+PATIENCE = 1.0  # s after which reading a program is worth a bar
+
+
+@contextmanager
+def preparing(name: str, quiet: bool) -> Iterator[None]:
+    """A bar on the terminal while the program in the file `name` is read and planned, if that takes a while."""
+    if quiet or not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    from ..program.progress import telling
+
+    columns = [TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()]
+    bars, tasks, since = Progress(*columns, console=Console(stderr=True), transient=True), {}, time.monotonic()
+
+    def listen(stage: str, share: float) -> None:
+        if not tasks and time.monotonic() - since < PATIENCE:
+            return
+        if not tasks:
+            bars.start()
+        if stage not in tasks:
+            tasks[stage] = bars.add_task(f"{stage} {name}", total=1.0)
+        bars.update(tasks[stage], completed=share)
+
+    try:
+        with telling(listen):
+            yield
+    finally:
+        if tasks:
+            bars.stop()
 
 
 class Shown:

@@ -15,7 +15,7 @@ from ..files import write_atomic
 from ..names import slug
 from ..results import made_by_gough, results_folder
 from .end import Outcome, show_warning
-from .progress import Shown
+from .progress import Shown, preparing
 from .together import together
 
 
@@ -32,12 +32,14 @@ def run_file(
 ) -> None:
     """Run an experiment or an NC program and write its results folder."""
     warnings.showwarning = show_warning
-    experiment = load_experiment(file, machine, kinds, seed)
+    with preparing(file.name, quiet):
+        experiment = load_experiment(file, machine, kinds, seed)
     target = out or Path("results") / experiment.name
     outcome.data.update(experiment=experiment.name, controllers=[], report=None)
     with results_folder(target, force) as folder:
         files = resolved(experiment)
         for name, text in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
             write_atomic(folder / name, text)
         ended = _simulate(experiment, quiet, strict)
         logs = [run.log for run in ended if run.log is not None]

@@ -1,7 +1,8 @@
-"""gough machines, gough show."""
+"""gough machines, gough show: machines with all their numbers, NC programs with all their moves."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from ..files import Document, read_toml
 from ..machine.sheet import find, library, machine_of, source_of
 from ..units import show
 from .end import Outcome
+from .progress import preparing
 
 if TYPE_CHECKING:
     from ..declare import Part
@@ -35,6 +37,17 @@ def _about(text: str) -> str:
     return first.removeprefix("#").strip() if first.startswith("#") else ""
 
 
+def show_anything(name: str, outcome: Outcome) -> None:
+    """A machine, or the NC program of a file or of gough's library."""
+    from ..experiment import SUFFIXES, nc_file
+
+    path = nc_file(name)
+    if path.suffix.lower() in SUFFIXES:
+        show_program(path, outcome)
+    else:
+        show_machine(name, outcome)
+
+
 def show_machine(name: str, outcome: Outcome) -> None:
     """Every number of a machine with unit, meaning and source."""
     path = find(name)
@@ -56,6 +69,24 @@ def show_machine(name: str, outcome: Outcome) -> None:
         outcome.say(*(f"{'':{width}}  {line}" for line in more))
         if row["source"]:
             outcome.say(f"{'':{width}}  {'':24}  - {row['source']}")
+
+
+def show_program(file: Path, outcome: Outcome) -> None:
+    """The moves of an NC program, one line each: NC line, word, end, centre, feed, and what may happen behind it."""
+    from ..program import load_program
+    from ..program.listing import listing
+
+    with preparing(file.name, outcome.as_json):
+        path = load_program(file).path()
+    if not outcome.as_json:
+        outcome.say(listing(path, most=len(path)))
+        return
+    every = np.arange(len(path))
+    pose = np.concatenate([path.point(every, path.length), path.angles(every, path.extent)], 1)
+    columns = {"line": path.line, "rapid": path.rapid, "feed": path.feed, "dwell": path.dwell, "end": pose}
+    outcome.data["moves"] = [
+        dict(zip(columns, row, strict=True)) for row in zip(*(c.tolist() for c in columns.values()), strict=True)
+    ]
 
 
 def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, Any, str, str]]:

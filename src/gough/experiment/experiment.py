@@ -3,6 +3,7 @@
     [machine]       use = "nist-octahedral"; further keys override the sheet: what is believed
     [plant]         what is true and nobody told the controller: "friction.coulomb" = "1.2 x", payload = "20 kg"
     [program]       file = "part.ngc", or kind = "circle", ...
+    [tools]         file = "tool.tbl", or 1 = { length = "80 mm" }: lengths of an NC program's tools
     [[controller]]  kind = "pid", ...; several run side by side
     [run]           period, substeps, seed, log_every, signals
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
-TABLES = ("machine", "plant", "program", "controller", "run", "sweep")
+TABLES = ("machine", "plant", "program", "tools", "controller", "run", "sweep")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
 
 
@@ -76,7 +77,7 @@ def load_experiment(
     ExperimentError
         with every mistake of the file; mistakes of the machine's sheet and the NC program are among them.
     """
-    path = Path(path)
+    path = nc_file(path)
     if path.suffix.lower() in SUFFIXES:
         document = _CommandLine(path, "", {"schema": SCHEMA, "program": {"file": path.name}}, {})
     elif path.suffix.lower() == ".toml":
@@ -85,6 +86,16 @@ def load_experiment(
         cure = f"give an experiment (.toml) or an NC program ({', '.join(SUFFIXES)})"
         raise ExperimentError("cannot be run", file=str(path), cure=cure)
     return experiment_of(_changed(document, machine, list(controllers), seed))
+
+
+def nc_file(path: str | Path) -> Path:
+    """The path itself, or that of the NC program of gough's library which has this name."""
+    path = Path(path)
+    if path.suffix or path.exists():
+        return path
+    from ..program.load import pieces
+
+    return pieces().get(str(path), path)
 
 
 def experiment_of(document: Document) -> Experiment:
@@ -155,7 +166,10 @@ class _Builder:
         known = self._make("machine", parts.sheet_machine, self.folder)
         machine = self._make("machine", parts.believed, known) if known else None
         plant = self._make("plant", parts.plant_of, machine or known) if known and "plant" in self.data else None
-        program = self._make("program", parts.program_of, self.folder)
+        tools = self._make("tools", parts.tools_of, self.folder) if "tools" in self.data else None
+        program = self._make("program", parts.program_of, self.folder, tools)
+        if tools is not None and program is not None and "file" not in self.data["program"]:
+            self._note([Problem("only an NC program uses tools", key="tools", cure="remove the table")])
         controllers = self._controllers()
         run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
         if self.problems:

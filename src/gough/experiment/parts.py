@@ -31,6 +31,7 @@ EXAMPLES = {
     "machine": 'write [machine] and use = "nist-octahedral"',
     "plant": 'write [plant] and e.g. payload = "20 kg"',
     "program": 'write [program] and file = "part.ngc"',
+    "tools": 'write [tools] and 1 = { length = "80 mm" }, or file = "tool.tbl"',
     "controller": 'write [[controller]] and kind = "pid"',
     "run": 'write [run] and e.g. period = "1 ms"',
 }
@@ -105,10 +106,23 @@ def plant_of(table: Mapping[str, Any], machine: Machine) -> Any:
     return plant
 
 
-def program_of(table: Mapping[str, Any], folder: Path) -> Any:
+def tools_of(table: Mapping[str, Any], folder: Path) -> Any:
+    from ..program.load import load_tools
+    from ..program.ngc.tools import tools_of as made_of
+
+    if "file" not in table:
+        return made_of(table, from_file=True)
+    if len(table) > 1:
+        raise ExperimentError("tools are in a file or in the table, not both", key="file", cure="remove one")
+    if not isinstance(table["file"], str):
+        raise ExperimentError("must be the name of a file", key="file", value=brief(table["file"]))
+    return load_tools(folder / table["file"])
+
+
+def program_of(table: Mapping[str, Any], folder: Path, tools: Any = None) -> Any:
     from ..program import program_from_table
 
-    return program_from_table(dict(table), folder)
+    return program_from_table(dict(table), folder, tools)
 
 
 def run_of(table: Mapping[str, Any]) -> Run:

@@ -18,6 +18,7 @@ from ..names import slug
 from .experiment import SCHEMA, Experiment
 
 NAME = "experiment.toml"
+SUBROUTINES = "subroutines"  # folder of the files that an NC program calls
 
 
 def resolved(experiment: Experiment) -> dict[str, str]:
@@ -35,13 +36,22 @@ def resolved(experiment: Experiment) -> dict[str, str]:
     files[machine["use"]] = read_text(sheet.find(data["machine"]["use"], folder), LARGEST_TOML)
     program = dict(data["program"])
     if "file" in program:
-        path = Path(program["file"])
-        program["file"] = _name(slug(path.stem) + ".ngc", files)  # .nc would be the name of a log
-        files[program["file"]] = experiment.program.text
+        nc = experiment.program
+        program["file"] = _name(slug(Path(nc.name).stem) + ".ngc", files)  # .nc would be the name of a log
+        files[program["file"]] = nc.text
+        program.pop("subroutines", None)
+        for name, text in nc.subroutines.items():
+            program["subroutines"] = SUBROUTINES
+            files[f"{SUBROUTINES}/{name}.ngc"] = text
+        if "parameters" in program:
+            program["parameters"] = _name(slug(Path(program["parameters"]).stem) + ".var", files)
+            files[program["parameters"]] = "".join(f"{n} {v!r}\n" for n, v in sorted(nc.parameters.items()))
     tables: dict[str, Any] = {"schema": SCHEMA, "machine": machine}
     if "plant" in data:
         tables["plant"] = data["plant"]
     tables["program"] = program
+    if "tools" in data:
+        tables["tools"] = experiment.program.tools.to_file()
     tables["controller"] = [{"kind": kind, **law.to_file()} for kind, law in experiment.controllers]
     tables["run"] = experiment.run.to_file()
     head = (

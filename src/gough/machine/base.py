@@ -29,6 +29,9 @@ class Feed(Part):
 
     rapid: float = quantity("m/s", "speed of rapids (G0)", default=0.2, above=0)
     acceleration: float = quantity("m/s2", "acceleration along the path", default=2.0, above=0)
+    jerk: float | None = quantity(
+        "m/s3", "jerk along the path, for jerk-limited programs", default=None, theta=False, above=0
+    )
     angular_rate: float = quantity("rad/s", "greatest rate of the tool axis", default=0.5, above=0)
     angular_acceleration: float = quantity("rad/s2", "greatest angular acceleration", default=5.0, above=0)
 

@@ -26,6 +26,12 @@ class Limits(Part):
     input_error = SheetError
 
     length: Array = quantity("m", "shortest and longest strut", shape=(2,), above=0)
+    speed: float | None = quantity(
+        "m/s", "greatest speed of a joint, for programs with joint_limits", default=None, theta=False, above=0
+    )
+    acceleration: float | None = quantity(
+        "m/s2", "greatest acceleration of a joint, likewise", default=None, theta=False, above=0
+    )
     cone: float | None = quantity(
         "rad", "greatest angle of each joint from its direction at home", default=None, above=0, below=np.pi
     )

@@ -1,13 +1,15 @@
 """Contour error: how far the tool is from the path, not from where it should be on it.
 
-At a sample, with the tip truly at p, the reference at path length s_r and a window of 5 mm + 0.1 s of feed:
+At a sample, with the tip of the tool in use truly at p (T stands at R o from it), the reference at path length s_r
+and a window of 5 mm + 0.1 s of feed:
 
     s = argmin |p - P(s)|, |s - s_r| <= window;   contour error |p - P(s)|;   lag s_r - s                           (1)
     orientation error: the angle between the true tool axis and the programmed one at s                             (2)
     on a circle: radial error |p' - c| - r, p' the projection of p into its plane; outside +                       (3)
 
-Corners are sharp.  The window alone keeps the search on its own branch of the path.  Where a turn at rest lies between
-s and s_r the path has two orientations at one s; the axis of the reference is taken then, as during the turn itself.
+The path is the programmed one: corners are sharp, whatever blends were driven.  The window alone keeps the search on
+its own branch of the path.  Where a turn at rest lies between s and s_r the path has two orientations at one s; the
+axis of the reference is taken then, as during the turn itself.
 
 Blocks whose midpoint is farther from p than the reference is, by more than half their length, cannot hold the closest
 point: no point of a block is farther from its midpoint than half its length.  Sixteen blocks together are tried first.
@@ -19,9 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..frames import rotation_of_quaternion_np
 from ..program.blocks import REST
 from ..program.reference import Motion
-from ..program.segments import cross, dot, norm
+from ..program.segments import cross, dot, norm, rotated
 
 _BUNDLE = 16
 _ALONG = 1e-11  # of a window of 10 mm 1e-13 m: above rounding, below what is measured
@@ -50,6 +53,9 @@ class ContourMeter:
         self._bundles = _Balls(path, path.s0[first], path.s0[np.minimum(first + _BUNDLE, len(path))])
         # a new stretch begins behind every turn at rest
         self._stretch = np.cumsum(path.turning_at_rest)
+        self._offset = bool(path.tool.any())
+        # with another tool another tip is on the path: what the last one ran along is not the path of this one
+        self._tool = np.concatenate([[0], np.cumsum((path.tool[1:] != path.tool[:-1]).any(1))])
         rounds = path.circles
         none = [np.zeros(3)]
         self._center = np.array(none + [c.center for c in rounds])
@@ -59,7 +65,8 @@ class ContourMeter:
     def __call__(self, k0: int, k1: int, Ts: float, x_true) -> Contour:
         """Errors at samples k0 ... k1 - 1 of period Ts s.
 
-        `x_true` (n, 7) or (n, runs, 7): true position of the tool tip in W, m, and unit quaternion w x y z of R_WT.
+        `x_true` (n, 7) or (n, runs, 7): true position of T in W, m, and unit quaternion w x y z of R_WT.  What is
+        measured is the tip of the tool in use.
         Rows with NaN give NaN.
         """
         x_true = np.asarray(x_true, float)
@@ -67,14 +74,14 @@ class ContourMeter:
         book = self.motion.book(k0, k1, Ts)
         rows = np.repeat(np.arange(k1 - k0), int(np.prod(runs)))
         flat = x_true.reshape(-1, 7)
-        out = self._measure(*(a[rows] for a in (book.s, book.window, book.block)), flat, k0, k1, Ts, rows)
+        out = self._measure(*(a[rows] for a in (book.s, book.window, book.block, book.u)), flat)
         return Contour(*(a.reshape((k1 - k0,) + runs) for a in out))
 
-    def _measure(self, s_r, window, block, x, k0, k1, Ts, rows):
+    def _measure(self, s_r, window, block, u_r, x):
         path, p = self._path, x[:, :3]
+        if self._offset:  # the tip of the tool in use: T stands at `tool` from it
+            p = p - rotated(rotation_of_quaternion_np(x[:, 3:]), path.tool[block])
         distance, at, s = self.closest(p, s_r, window, block)
-        _, (i, u, _, _) = self.motion._at(k0, k1, Ts)
-        u_r = u[rows]
         # the programmed axis at the closest point, or that of the reference
         own = (path.kind[block] == REST) | (self._stretch[at] != self._stretch[block])
         there = np.where(own, block, at)
@@ -128,6 +135,8 @@ class ContourMeter:
         """Take the closest points of the given pairs of row and block where they are nearer than what is known."""
         path = self._path
         near = self._blocks.reach(row, block, p, distance)
+        if self._tool[-1]:
+            near &= self._tool[block] == self._tool[at[row]]
         row, block = row[near], block[near]
         if not len(row):
             return

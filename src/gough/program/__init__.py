@@ -1,14 +1,28 @@
 """Programs: a geometric path with a feed profile, from an NC program or one of the standard shapes."""
 
 from .base import Program
-from .load import NCProgram, load_program, program_from_table
-from .piece import CircleDiamondSquare
+from .load import load_program, program_from_table
+from .nc import NCProgram
 from .reference import Motion, Reference
-from .standard import Circle, Ellipse, Line, Polyline
+from .standard import (
+    Circle,
+    CircleDiamondSquare,
+    CircularTest,
+    ConeFrustum,
+    Ellipse,
+    Line,
+    Polyline,
+    SPiece,
+    Spline,
+    SquareCorners,
+    Zigzag,
+)
 
 __all__ = [
     "Circle",
     "CircleDiamondSquare",
+    "CircularTest",
+    "ConeFrustum",
     "Ellipse",
     "Line",
     "Motion",
@@ -16,6 +30,10 @@ __all__ = [
     "Polyline",
     "Program",
     "Reference",
+    "SPiece",
+    "Spline",
+    "SquareCorners",
+    "Zigzag",
     "load_program",
     "program_from_table",
 ]

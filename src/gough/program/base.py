@@ -10,6 +10,7 @@ from pydantic import Field
 
 from ..declare import Array, Part, quantity
 from ..frames import rotation_of_abc_np
+from .course import Rules, course_of
 from .feed import Feed, Limits
 from .path import Path
 from .reference import Motion, Reference
@@ -25,7 +26,25 @@ class Program(Part):
     acceleration: float | None = quantity(
         "m/s2", "acceleration along the path; else the machine's", default=None, above=0
     )
-    corner: Literal["stop", "constant"] = Field("stop", description="stop at every corner, or pass it at constant feed")
+    corner: Literal["stop", "constant", "blend"] | None = Field(
+        None,
+        description="stop at every corner, pass it at constant feed, or round it within `tolerance`; else what an "
+        "NC program says (G61, G61.1, G64), else stop",
+    )
+    tolerance: float = quantity(
+        "m", 'how far a rounded corner may leave the path: with corner = "blend", and for G64 without P',
+        default=20e-6, above=0, at_most=0.1,
+    )  # fmt: skip
+    axis_tolerance: float | None = quantity(
+        "rad", "how far the tool axis may leave that of the path; else what turns a tool of 100 mm by the tolerance",
+        default=None, above=0, at_most=1,
+    )  # fmt: skip
+    spline: bool = Field(False, description="run short lines as one smooth curve, where that stays in the tolerance")
+    profile: Literal["trapezoid", "jerk_limited"] = Field("trapezoid", description="how the feed changes its speed")
+    jerk: float | None = quantity(
+        "m/s3", "jerk along the path, if jerk limited; else the machine's", default=None, above=0
+    )
+    joint_limits: bool = Field(False, description="slow down where a joint would exceed its speed or acceleration")
     settle: float = quantity("s", "rest behind the end", default=0.25, at_least=0, at_most=3600)
     lead_in: float = quantity("s", "rest before the start", default=0.0, at_least=0, at_most=3600)
     origin: Array | None = quantity(
@@ -47,10 +66,22 @@ class Program(Part):
         origin = np.asarray(machine.home if self.origin is None else self.origin, float)
         feed = machine.feed
         limits = Limits(
-            feed.rapid, self.acceleration or feed.acceleration, feed.angular_rate, feed.angular_acceleration
+            feed.rapid,
+            self.acceleration or feed.acceleration,
+            feed.angular_rate,
+            feed.angular_acceleration,
+            self.jerk or getattr(feed, "jerk", None),
         )
         path = self.path().placed(origin[:3], rotation_of_abc_np(origin[3:]))
-        return Motion(path, Feed(path, limits, self.corner), machine, self.settle, self.lead_in)
+        course = course_of(path, self.rules)
+        feed = Feed(course.path, limits, self.corner, self.profile, machine if self.joint_limits else None)
+        return Motion(path, course, feed, machine, self.settle, self.lead_in)
+
+    @property
+    def rules(self) -> Rules:
+        """What may happen at corners, as options of the course."""
+        smooth = self.profile == "jerk_limited"  # its speed knows no jump of the acceleration towards the centre
+        return Rules(self.corner, self.tolerance, self.axis_tolerance, self.spline, smooth)
 
     def sample(self, Ts: float, machine) -> Reference:
         """The whole reference at the period Ts s, the rest at the end included."""

@@ -94,6 +94,7 @@ class CircleOfPath(NamedTuple):
 
 KINDS = {Line: 0, Arc: 1, Ellipse: 2, Rest: 3}
 LINE, ARC, ELLIPSE, REST = range(4)
+CURVE = 4  # made, never programmed: curves.py
 _WIDTH = (6, 11, 11, 3)  # numbers of a segment of each kind
 _NUMBERS = 13  # abc0, abc1, tool, feed, dwell, tolerance, spindle
 
@@ -137,6 +138,14 @@ class Blocks:
             _segment(kind, row), tuple(n[:3]), tuple(n[3:6]), n[9], bool(self._rapid[i]), self._line[i], n[10], n[11],
             tuple(n[6:9]), n[12],
         )  # fmt: skip
+
+    def __str__(self) -> str:
+        from .path import Path  # a path is made of blocks
+
+        try:
+            return str(Path(self))
+        except ProgramError as error:
+            return f"{len(self)} blocks: {error}"
 
     def __eq__(self, other) -> bool:
         return isinstance(other, Blocks) and list(self) == list(other)

@@ -61,6 +61,10 @@ class Ellipses:
                 break
         return np.where(np.isnan(s), np.nan, phi)
 
+    def parameter(self, i, s):
+        """The parameter phi of the arc lengths s (n,) from the start, counted from `first`.  (n,) rad."""
+        return self._angle(i, s) + (self.start - self._from)[i]
+
     def _frame(self, i, s):
         phi = self._angle(i, s)
         c, n = np.cos(phi)[:, None], np.sin(phi)[:, None]
@@ -84,7 +88,8 @@ class Ellipses:
         return self.a / self.b**2
 
     def third(self):
-        # the third derivative is k' n - k^2 t;  k = a b / v^3, v = ds/dphi, k' = -3 a b (a^2 - b^2) sin(phi) cos(phi) / v^6
+        # the third derivative is k' n - k^2 t;  k = a b / v^3, v = ds/dphi,
+        # k' = -3 a b (a^2 - b^2) sin(phi) cos(phi) / v^6
         phi = np.linspace(0, np.pi / 2, 721)  # by symmetry; the maximum lies within 1e-5 of the largest sample
         a, b = self.a[:, None], self.b[:, None]
         v = np.sqrt((a * np.sin(phi)) ** 2 + (b * np.cos(phi)) ** 2)

@@ -6,6 +6,9 @@ The path length s counts metres only.  Blocks are kept as arrays, so that a prog
 
 A path is written in the program's frame O and placed in W by `placed(p_WO, R_WO)`:  p_W = p_WO + R_WO p,
 R_WT = R_WO R(abc).  The angles a b c stay those of the program; `pose_angles` gives those of R_WT.
+
+Paths that are made rather than programmed (`Path.of`) may also hold curves, and blocks along which the angles are
+polynomials of the extent.
 """
 
 from __future__ import annotations
@@ -14,13 +17,16 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..errors import ProgramError
 from ..frames import abc_of_rotation_np, rotation_of_abc_np
-from .blocks import ARC, REST, Block, Blocks, CircleOfPath
-from .segments import dot, norm, rotated
+from .blocks import CURVE, REST, Block, Blocks, CircleOfPath
+from .curves import Curves
+from .listing import listing
+from .path_check import check
+from .rounds import circles_of, find_circles
+from .segments import norm, rotated
+from .turns import Turns, linear_bounds
 
 _FULL = 2 * np.pi - 1e-6  # rad, a circle closed to the rounding of its end points
-_SHORTEST = 1e-9  # m, as long as no machine can resolve: shorter moves have no direction
 
 
 class Path:
@@ -28,7 +34,7 @@ class Path:
 
     kind, index     which batch holds the segment, and where        length, extent   (m,) m; m or rad
     s0              (m + 1,) path length at the start of each, and at the end
-    abc0, turn      (m, 3) angles at the start, rad; their change per unit of extent
+    abc0, turn      (m, 3) angles at the start, rad; their mean change per unit of extent
     feed rapid dwell line circle                                   circle: id, or 0
     tolerance tool spindle                                         as in Block
     """
@@ -42,22 +48,44 @@ class Path:
             no blocks, a number that is not finite, a move without length, a gap between blocks, an arc without radius.
         """
         table = blocks if isinstance(blocks, Blocks) else Blocks(blocks)
-        if not len(table):
-            raise ProgramError("a path has at least one block")
-        columns = table.columns()
+        self._make(table.columns(), [*table.batches(), Curves(np.zeros((0, 6, 3)))])
+        self.circle, self._rounds = find_circles(self, circle_from)
+
+    @classmethod
+    def of(cls, columns: dict, batches: list, bent: tuple | None = None, like: Path | None = None) -> Path:
+        """A path of columns and batches, as Blocks has them, and Curves behind them; without circles.
+
+        `bent` are angles that are polynomials: the rows (k,) of their blocks and coefficients (k, 6, 3), rad, by
+        extent / length.  It is placed as the path `like` is.
+
+        Raises
+        ------
+        ProgramError
+            as above.
+        """
+        path = object.__new__(cls)
+        path._make(dict(columns), batches, bent, like)
+        path.circle, path._rounds = np.zeros(len(path), np.int16), []
+        return path
+
+    def _make(self, columns, batches, bent=None, like=None):
         abc1 = columns.pop("abc1")
         self.__dict__.update(columns)
         change = abc1 - self.abc0
-        self.p_WO, self.R_WO = np.zeros(3), np.eye(3)
-        self._set(table.batches())
+        self.p_WO, self.R_WO = (np.zeros(3), np.eye(3)) if like is None else (like.p_WO, like.R_WO)
+        self._set(batches)
         resting = self.kind == REST
         self.extent = np.where(resting, norm(change), self.length)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.turn = np.where((self.extent > 0)[:, None], change / self.extent[:, None], 0.0)
         self.turning_at_rest = resting & (self.extent > 0)
-        self._check(abc1)
+        self.bent, self.turns = None, None
+        if bent is not None and len(bent[0]):
+            self.bent = np.full(len(self), -1)
+            self.bent[bent[0]] = np.arange(len(bent[0]))
+            self.turns = Turns(bent[1], self.extent[bent[0]])
+        check(self, abc1)
         self._direct_rests()
-        self.circle, self._rounds = self._find_circles(circle_from)
 
     def _set(self, segments):
         self.batches = segments
@@ -70,105 +98,30 @@ class Path:
     def __len__(self):
         return len(self.kind)
 
-    def _check(self, abc1):
-        numbers = np.column_stack(
-            [self.length, self.extent, self.turn, self.abc0, self.feed, self.dwell, self.tool, self.spindle]
-        )
-        wrong = np.flatnonzero(~np.isfinite(numbers).all(1))
-        if len(wrong):
-            raise ProgramError("a block must have finite numbers", line=self._line(wrong[0]))
-        moves = self.kind != REST
-        wrong = np.flatnonzero(moves & (self.length < _SHORTEST))
-        if len(wrong):
-            i = wrong[0]
-            raise ProgramError("a move has no length", value=f"{self.length[i]:.3g} m", line=self._line(i))
-        slow = np.flatnonzero(~self.rapid & (moves | self.turning_at_rest) & ~(self.feed > 0))
-        if len(slow):
-            raise ProgramError("the feed must be above 0", value=f"{self.feed[slow[0]]:g}", line=self._line(slow[0]))
-        every = np.arange(len(self))
-        first, last = self.point(every, np.zeros(len(self))), self.point(every, self.length)
-        # with another tool the tip stands elsewhere while the machine stays: T is where it was
-        changed = np.flatnonzero((self.tool[1:] != self.tool[:-1]).any(1))
-        if len(changed):
-            R_OT = rotation_of_abc_np(abc1[changed])
-            last[changed] += rotated(R_OT, self.tool[changed] - self.tool[changed + 1])
-        gap = norm(first[1:] - last[:-1])
-        wrong = np.flatnonzero(~(gap <= 1e-9 + 1e-12 * np.abs(last[:-1]).max(1)))  # rounding of long paths
-        if len(wrong):
-            raise ProgramError(
-                "a block must start where the last one ended",
-                value=f"a gap of {gap[wrong[0]]:.3g} m",
-                line=self._line(wrong[0] + 1),
-            )
-        jump = np.abs(self.abc0[1:] - abc1[:-1]).max(1, initial=0.0)
-        if (jump > 1e-9).any():
-            i = int(np.argmax(jump)) + 1
-            raise ProgramError("a block must start with the angles the last one ended with", line=self._line(i))
-
-    def _line(self, i):
-        return int(self.line[i]) or None
+    def __str__(self):
+        return listing(self)
 
     def _direct_rests(self):
         """Where the tip rests, the path still has a direction: the one it came with, at the start the one it takes."""
-        rests = self.batches[REST]
-        moves = np.flatnonzero(self.kind != REST)
-        for i in np.flatnonzero(self.kind == REST):
-            before = np.searchsorted(moves, i) - 1
-            if len(moves):
-                j = moves[before : before + 1] if before >= 0 else moves[:1]
-                s = self.length[j] if before >= 0 else np.zeros(1)
-                rests.direction[self.index[i]] = self.tangent(j, s)[0]
-
-    def _find_circles(self, circle_from):
-        """Consecutive arcs on one circle are one circle, if they turn by `circle_from` together."""
-        circle, found = np.zeros(len(self), np.int16), []
-        arcs, i = self.batches[ARC], 0
-        while i < len(self):
-            j = i + 1
-            if self.kind[i] == ARC:
-                a = self.index[i]
-                sweep = arcs.sweep[a]
-                while j < len(self) and self._same_circle(i, j):
-                    sweep += arcs.sweep[self.index[j]]
-                    j += 1
-                if arcs.rise[a] == 0 and not self.rapid[i] and sweep >= circle_from and len(found) < 32_000:
-                    found.append(i)
-                    circle[i:j] = len(found)
-            i = j
-        return circle, found
-
-    def _same_circle(self, i, j):
-        arcs = self.batches[ARC]
-        if self.kind[j] != ARC or self.feed[i] != self.feed[j] or self.rapid[j]:
-            return False
-        a, b = self.index[i], self.index[j]
-        near = norm(arcs.center[a] - arcs.center[b]) < 1e-7 and abs(arcs.radius[a] - arcs.radius[b]) < 1e-7
-        return bool(near and arcs.rise[a] == arcs.rise[b] == 0 and dot(arcs.normal[a], arcs.normal[b]) > 1 - 1e-12)
+        rests, moves = np.flatnonzero(self.kind == REST), np.flatnonzero(self.kind != REST)
+        if len(rests) and len(moves):
+            before = np.searchsorted(moves, rests) - 1
+            j = moves[np.maximum(before, 0)]
+            s = np.where(before >= 0, self.length[j], 0.0)
+            self.batches[REST].direction[self.index[rests]] = self.tangent(j, s)
 
     @property
     def circles(self) -> list[CircleOfPath]:
         """The circles on the path, as placed."""
-        arcs = self.batches[ARC]
-        return [
-            CircleOfPath(
-                number + 1,
-                int(self.line[i]),
-                arcs.center[a],
-                float(arcs.radius[a]),
-                arcs.normal[a],
-                float(self.feed[i]),
-                bool(arcs.normal[a][2] > 0),
-            )
-            for number, i in enumerate(self._rounds)
-            for a in [self.index[i]]
-        ]
+        return circles_of(self, self._rounds)
 
     # -- geometry: block numbers i (n,) and lengths u (n,) from the start of the block --------------------------
 
     def _ask(self, what, i, *rows):
         kinds = np.unique(self.kind[i])
-        if len(kinds) == 1:
-            return getattr(self.batches[kinds[0]], what)(self.index[i], *rows)
+        if len(kinds) <= 1:
+            batch = self.batches[kinds[0] if len(kinds) else 0]
+            return getattr(batch, what)(self.index[i], *rows)
         out = None
         for k in kinds:
             at = np.flatnonzero(self.kind[i] == k)
@@ -189,6 +142,19 @@ class Path:
         """Curvature vector p'' in W, towards the centre.  (n, 3) 1/m."""
         return self._ask("bend", i, u)
 
+    def frame(self, i, u):
+        """Position, unit tangent and curvature vector, as the three above.  (n, 3) each."""
+        curved = self.kind[i] == CURVE
+        if not curved.any():
+            return self.point(i, u), self.tangent(i, u), self.bend(i, u)
+        if curved.all():
+            return self.batches[CURVE].frame(self.index[i], u)
+        out = tuple(np.empty((len(i), 3)) for _ in range(3))
+        for rows in (np.flatnonzero(curved), np.flatnonzero(~curved)):
+            for column, part in zip(out, self.frame(i[rows], u[rows]), strict=True):
+                column[rows] = part
+        return out
+
     def closest(self, i, p, lo, hi, near):
         """Length in [lo, hi], from the start of block i, of its point closest to p.  (n,) m."""
         return self._ask("closest", i, p, lo, hi, near)
@@ -205,7 +171,8 @@ class Path:
         out = np.zeros(len(self))
         for k, batch in enumerate(self.batches):
             rows = self.kind == k
-            out[rows] = getattr(batch, what)()[self.index[rows]]
+            if rows.any():
+                out[rows] = getattr(batch, what)()[self.index[rows]]
         return out
 
     def locate(self, s):
@@ -218,26 +185,31 @@ class Path:
 
     def angles(self, i, u):
         """a b c of the program.  (n, 3) rad."""
-        return self.abc0[i] + self.turn[i] * u[:, None]
+        return self._turned("value", self.abc0[i] + self.turn[i] * u[:, None], i, u)
 
     def angle_rate(self, i, u):
         """d(abc)/du.  (n, 3)."""
-        return self.turn[i]
+        return self._turned("rate", self.turn[i], i, u)
 
     def angle_bend(self, i, u):
         """d2(abc)/du2.  (n, 3)."""
-        return np.zeros((len(i), 3))
+        return self._turned("bend", np.zeros((len(i), 3)), i, u)
+
+    def _turned(self, what, straight, i, u):
+        if self.turns is None:
+            return straight
+        rows = np.flatnonzero(self.bent[i] >= 0)
+        straight[rows] = getattr(self.turns, what)(self.bent[i[rows]], u[rows])
+        return straight
 
     def turning(self):
-        """Largest |w_k| and a bound of |w_k'| along each block, for w_k = E(abc) d(abc)/du.  (m,), (m,).
-
-        |w_k|^2 = a'^2 + b'^2 + c'^2 - 2 a' c' sin b, and w_k' = a' (c' ez + b' e_b) x e_a + b' c' ez x e_b.
-        """
-        a, b, c = np.abs(self.turn).T
-        first, last = self.abc0[:, 1], self.abc0[:, 1] + self.turn[:, 1] * self.extent
-        steepest = np.floor(first / np.pi - 0.5) != np.floor(last / np.pi - 0.5)  # passes an odd multiple of 90 deg
-        sine = np.where(steepest, 1.0, np.maximum(np.abs(np.sin(first)), np.abs(np.sin(last))))
-        return np.sqrt(a * a + b * b + c * c + 2 * a * c * sine), a * c + a * b + b * c
+        """Largest |w_k| and a bound of |w_k'| along each block, for w_k = E(abc) d(abc)/du.  (m,), (m,)."""
+        rate, change = linear_bounds(self.abc0, self.turn, self.extent)
+        if self.turns is not None:
+            rows = np.flatnonzero(self.bent >= 0)
+            bounds = self.turns.bounds()
+            rate[rows], change[rows] = (bound[self.bent[rows]] for bound in bounds)
+        return rate, change
 
     def rotation(self, abc):
         """R_WT for angles of the program.  (n, 3) -> (n, 3, 3)."""

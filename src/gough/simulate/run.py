@@ -224,7 +224,7 @@ class _Job:
         found = {
             "t": (np.arange(k, k + len(row["z"]))[part]) * self.run_part.period,
             "x_r": reference.x[part], "x": x, "xd_r": reference.xd[part], "xd": row["v"][part],
-            "q_r": reference.q[part], "s_r": reference.s[part, 0],
+            "q_r": reference.q[part], "s_r": book.s[part],
             "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
             "wrench": np.broadcast_to(self.plant.wrench, (len(z), 6)),
         }  # fmt: skip

@@ -1,0 +1,63 @@
+"""What a path refuses: numbers that are not finite, moves without length or feed, gaps, jumps of the angles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import ProgramError
+from .blocks import REST
+from .segments import norm, rotated
+
+_SHORTEST = 1e-9  # m, as long as no machine can resolve: shorter moves have no direction
+
+
+def check(path, abc1) -> None:
+    """Refuse what cannot be run; abc1 (m, 3) are the angles at the blocks' ends.
+
+    Raises
+    ------
+    ProgramError
+        with the NC line of the first such block.
+    """
+    if not len(path):
+        raise ProgramError("a path has at least one block")
+    _check_numbers(path)
+    every = np.arange(len(path))
+    first, last = path.point(every, np.zeros(len(path))), path.point(every, path.length)
+    # with another tool the tip stands elsewhere while the machine stays: T is where it was
+    changed = np.flatnonzero((path.tool[1:] != path.tool[:-1]).any(1))
+    if len(changed):
+        last[changed] += rotated(path.rotation(abc1[changed]), path.tool[changed] - path.tool[changed + 1])
+    gap = norm(first[1:] - last[:-1])
+    wrong = np.flatnonzero(~(gap <= 1e-9 + 1e-12 * np.abs(last[:-1]).max(1)))  # rounding of long paths
+    if len(wrong):
+        raise ProgramError(
+            "a block must start where the last one ended",
+            value=f"a gap of {gap[wrong[0]]:.3g} m",
+            line=_line(path, wrong[0] + 1),
+        )
+    jump = np.abs(path.abc0[1:] - abc1[:-1]).max(1, initial=0.0)
+    if (jump > 1e-9).any():
+        i = int(np.argmax(jump)) + 1
+        raise ProgramError("a block must start with the angles the last one ended with", line=_line(path, i))
+
+
+def _check_numbers(path):
+    numbers = np.column_stack(
+        [path.length, path.extent, path.turn, path.abc0, path.feed, path.dwell, path.tool, path.spindle]
+    )
+    wrong = np.flatnonzero(~np.isfinite(numbers).all(1))
+    if len(wrong):
+        raise ProgramError("a block must have finite numbers", line=_line(path, wrong[0]))
+    moves = path.kind != REST
+    wrong = np.flatnonzero(moves & (path.length < _SHORTEST))
+    if len(wrong):
+        i = wrong[0]
+        raise ProgramError("a move has no length", value=f"{path.length[i]:.3g} m", line=_line(path, i))
+    slow = np.flatnonzero(~path.rapid & (moves | path.turning_at_rest) & ~(path.feed > 0))
+    if len(slow):
+        raise ProgramError("the feed must be above 0", value=f"{path.feed[slow[0]]:g}", line=_line(path, slow[0]))
+
+
+def _line(path, i):
+    return int(path.line[i]) or None

@@ -1,0 +1,1 @@
+"""Speed along a path: from cells with limits to phases of constant jerk."""
