@@ -8,9 +8,9 @@ from gough.errors import ProgramError
 from gough.program.ngc.read import read_program
 from gough.program.path import Path
 
-from .oracle.canon import missing, read_printed
 from .oracle.cases import FILE, cases
 from .oracle.generate import TOOLS
+from .oracle.linuxcnc import missing, read_printed
 
 CASES = cases()
 TABLE = {n: {"x": x / 1e3, "y": y / 1e3, "length": z / 1e3} for n, x, y, z in TOOLS}

@@ -10,10 +10,10 @@ import pytest
 from gough.errors import ProgramError
 from gough.program.ngc.read import read_program
 
-from .oracle.canon import missing, read_printed
 from .oracle.cases import cases
 from .oracle.compare import of_blocks
 from .oracle.generate import TOOLS
+from .oracle.linuxcnc import missing, read_printed
 
 PAGE = Path(__file__).parents[2] / "docs" / "nc-differences.md"
 TABLE = {n: {"x": x / 1e3, "y": y / 1e3, "length": z / 1e3} for n, x, y, z in TOOLS}

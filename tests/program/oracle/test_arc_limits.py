@@ -8,7 +8,8 @@ import pytest
 from gough.errors import ProgramError
 from gough.program.ngc.read import read_program
 
-from .canon import Refused, missing, read_full
+from .canon import Refused
+from .linuxcnc import missing, read_full
 
 SIZES = (0.05, 1, 40, 2000, 50_000)
 OFF = (3e-5, 9e-5, 4e-4, 1.1e-3, 2.4e-3, 2.7e-3, 6e-3, 0.1, 0.4, 0.6)

@@ -14,10 +14,11 @@ import pytest
 from gough.errors import ProgramError
 from gough.program.ngc.read import read_program
 
-from .canon import Refused, missing, read_full, read_printed
+from .canon import Refused
 from .compare import differences, of_blocks
 from .expressions import FUNCTIONS, OPERATORS
 from .generate import TOOLS, Writer, with_inch_parameters
+from .linuxcnc import missing, read_full, read_printed
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = sorted([*ROOT.glob("examples/**/*.ngc"), *ROOT.glob("src/gough/program/**/*.ngc")])
