@@ -204,8 +204,8 @@ REFUSED = [
     ("M101", "1: not supported, got M101; remove it: M100 to M199 run scripts, and no script is run"),
     ("M62 P1", "1: not supported, got M62; remove it: inputs and outputs are not simulated\n"
                "1: not supported, got P1; remove it, with M62"),
-    ("G1.5 X1", "1: not supported, got G1.5; docs/programs.md lists the codes that are"),
-    ("G123", "1: not supported, got G123; docs/programs.md lists the codes that are"),
+    ("G1.5 X1", "1: not supported, got G1.5; docs/nc-programs.md lists the codes that are"),
+    ("G123", "1: not supported, got G123; docs/nc-programs.md lists the codes that are"),
     ("G41 G81 M19", "1: not supported, got G41; offset the path in CAM\n"
                     "1: not supported, got G81; write the moves of the cycle: G0 and G1\n"
                     "1: not supported, got M19; remove it: the spindle's angle is not simulated"),

@@ -40,7 +40,7 @@ M: dict[int, str] = {
 }
 SYSTEMS = (540, 550, 560, 570, 580, 590, 591, 592, 593)  # G54 is coordinate system 1, G59.3 is 9
 
-_KNOWN = "docs/programs.md lists the codes that are"
+_KNOWN = "docs/nc-programs.md lists the codes that are"
 _OFFSET = "offset the path in CAM"
 _CYCLE = "write the moves of the cycle: G0 and G1"
 _LATHE = "remove it: it is for lathes"
