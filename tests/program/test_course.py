@@ -225,3 +225,45 @@ def test_a_course_is_made_of_a_course_no_worse():
     assert isinstance(again, Course)
     left = np.flatnonzero(again.path.kind == CURVE).size - np.flatnonzero(course.path.kind == CURVE).size
     assert left == 0
+
+
+def any_path(seed):
+    """A path of any scale: blocks of micrometres to metres, kinks of 1e-8 rad to cusps, somewhere in space."""
+    rng = np.random.default_rng(seed)
+    if seed % 3:
+        kinds = (("line", "arc"), ("line", "arc", "helix"))[seed % 3 - 1]
+        path = random_path(
+            seed, int(rng.integers(2, 40)), kinds, rng.choice([0, 1e-6, 1e-2, 1.0]), size=10.0 ** rng.uniform(-6, 0),
+            turn=rng.choice([1e-8, 1e-3, 0.3, 3.1]), straight=rng.choice([0, 0.5]),
+        )  # fmt: skip
+    else:
+        points = np.cumsum(rng.normal(size=(30, 3)) * 10.0 ** rng.uniform(-7, -1, (30, 1)), 0)
+        points = points[np.append(True, norm(np.diff(points, axis=0)) > 2e-9)]
+        path = Path(chain_of(points, abc=rng.normal(size=points.shape) * rng.choice([0, 1e-3, 0.1])))
+    R_WO = rotation_of_abc_np(rng.normal(size=3) * rng.integers(0, 2))
+    rules = Rules(
+        "blend", 10.0 ** rng.uniform(-8, -1), rng.choice([None, 1e-6, 1e-2, 1.0]), bool(rng.integers(2)),
+        bool(rng.integers(2)),
+    )  # fmt: skip
+    return path.placed(rng.normal(size=3) * 10.0 ** rng.uniform(-3, 1), R_WO), rules
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 400, 50))
+@pytest.mark.filterwarnings("error")
+def test_any_path_has_a_course_within_its_tolerance(first, machine):
+    for seed in range(first, first + 50):
+        path, rules = any_path(seed)
+        motion = motion_of(path, rules, machine, ("trapezoid", "jerk_limited")[seed % 2])
+        driven = motion.course.path
+        j = np.repeat(np.arange(len(driven)), 17)
+        u = np.tile(np.linspace(0, 1, 17), len(driven)) * driven.extent[j]
+        block, _, s = motion.course.place(j, u)
+        assert (np.diff(s) >= -1e-12).all(), seed
+        frame = np.concatenate(driven.frame(j, u), 1)
+        assert np.isfinite(frame).all(), seed
+        assert np.isfinite([driven.third(), driven.sharpest(), *driven.turning()]).all(), seed
+        window = np.full(len(j), 5e-3 + 10 * rules.tolerance)
+        distance, _, _ = ContourMeter(motion).closest(frame[:, :3], s, window, block)
+        # 1e-13 m: rounding of positions of 10 m, many times over
+        assert distance.max() <= rules.tolerance * (1 + 1e-9) + 1e-13, (seed, distance.max() / rules.tolerance)
