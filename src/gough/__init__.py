@@ -29,6 +29,7 @@ _PUBLIC = {
     "Circle": "program",
     "Ellipse": "program",
     "Polyline": "program",
+    "Spline": "program",
     "PID": "control.pid",
     "ComputedTorque": "control.computed_torque",
     "Plant": "simulate.plant",

@@ -138,7 +138,8 @@ def machines(json: Json = False, debug: Debug = False) -> int:
 @app.command(rich_help_panel="Machines")
 def show(
     what: Annotated[
-        str, typer.Argument(help="A library machine, a data sheet (.toml) or an NC program (.ngc).", metavar="NAME|FILE")
+        str,
+        typer.Argument(help="A library machine, a data sheet (.toml) or an NC program (.ngc).", metavar="NAME|FILE"),
     ],
     json: Json = False,
     debug: Debug = False,

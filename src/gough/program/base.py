@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import threading
 from abc import abstractmethod
 from typing import Literal
 
@@ -13,6 +15,7 @@ from ..frames import rotation_of_abc_np
 from .course import Rules, course_of
 from .feed import Feed, Limits
 from .path import Path
+from .progress import tell
 from .reference import Motion, Reference
 
 
@@ -56,26 +59,15 @@ class Program(Part):
         """The path in the program's frame."""
 
     def plan(self, machine) -> Motion:
-        """The motion of `machine` along this program.
+        """The motion of `machine` along this program.  The last one is kept: two laws on one program plan once.
 
         Raises
         ------
         ProgramError
             if the path cannot be followed.
         """
-        origin = np.asarray(machine.home if self.origin is None else self.origin, float)
-        feed = machine.feed
-        limits = Limits(
-            feed.rapid,
-            self.acceleration or feed.acceleration,
-            feed.angular_rate,
-            feed.angular_acceleration,
-            self.jerk or getattr(feed, "jerk", None),
-        )
-        path = self.path().placed(origin[:3], rotation_of_abc_np(origin[3:]))
-        course = course_of(path, self.rules)
-        feed = Feed(course.path, limits, self.corner, self.profile, machine if self.joint_limits else None)
-        return Motion(path, course, feed, machine, self.settle, self.lead_in)
+        with _PLANNING:
+            return _planned(self, machine)
 
     @property
     def rules(self) -> Rules:
@@ -87,3 +79,26 @@ class Program(Part):
         """The whole reference at the period Ts s, the rest at the end included."""
         motion = self.plan(machine)
         return motion.sample(0, motion.count(Ts), Ts)
+
+
+_PLANNING = threading.RLock()  # two runs of one program that start together plan it once
+
+
+@functools.lru_cache(maxsize=1)
+def _planned(program: Program, machine) -> Motion:
+    origin = np.asarray(machine.home if program.origin is None else program.origin, float)
+    feed = machine.feed
+    limits = Limits(
+        feed.rapid,
+        program.acceleration or feed.acceleration,
+        feed.angular_rate,
+        feed.angular_acceleration,
+        program.jerk or feed.jerk,
+    )
+    path = program.path().placed(origin[:3], rotation_of_abc_np(origin[3:]))
+    tell("planning", 0.0)
+    course = course_of(path, program.rules)
+    tell("planning", 0.5)
+    planned = Feed(course.path, limits, program.corner, program.profile, machine if program.joint_limits else None)
+    tell("planning", 1.0)
+    return Motion(path, course, planned, machine, program.settle, program.lead_in)

@@ -103,6 +103,6 @@ def nc_program(make, text: str, name: str, folders: Iterable[FilePath], **option
     return make({**options, "text": text, "name": name, "subroutines": dict(called.texts)})
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=2)
 def _path(program: NCProgram) -> Path:
     return Path(program._read(program.text, program.subroutines))
