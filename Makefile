@@ -36,6 +36,7 @@ test-all: $(VENV)/developed
 
 bench: $(VENV)/developed
 	$(BIN)/python -m bench
+	$(BIN)/python -m bench.programs
 
 clean:
 	rm -rf $(VENV) results

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 
+class Direct:
+    """What a program asks of a machine."""
+
+    home, joints_count = np.zeros(6), 6
+    feed = SimpleNamespace(rapid=0.3, acceleration=2.0, jerk=50.0, angular_rate=1.0, angular_acceleration=5.0)
+
+    def joint_motion(self, x, xd, xdd):
+        return x, xd, xdd
+
+
 @pytest.fixture
 def machine():
-    feed = SimpleNamespace(rapid=0.3, acceleration=2.0, angular_rate=1.0, angular_acceleration=5.0)
-    return SimpleNamespace(home=np.zeros(6), feed=feed, joints_count=6, joint_motion=lambda x, xd, xdd: (x, xd, xdd))
+    return Direct()

@@ -33,7 +33,7 @@ class Stretches(NamedTuple):
     to_knot: np.ndarray
 
 
-class _Pieces(NamedTuple):
+class Pieces(NamedTuple):
     """Pieces of blends, in order: number of the blend, curves, angles, and the lengths along the blend at the ends."""
 
     blend: np.ndarray
@@ -45,7 +45,7 @@ class _Pieces(NamedTuple):
 
 def assembled(base, sharp, tolerance, blends: Blends) -> tuple[Path, Stretches]:
     """The path `base` with the blends put in, and what belongs to what on `sharp`, which has the same blocks."""
-    m, pieces = len(base), _pieces(blends)
+    m, pieces = len(base), pieces_of(blends)
     i = blends.after[pieces.blend]
     lo, hi = np.zeros(m), base.length.copy()
     lo[blends.after + 1], hi[blends.after] = blends.ahead, base.length[blends.after] - blends.back
@@ -78,7 +78,8 @@ def assembled(base, sharp, tolerance, blends: Blends) -> tuple[Path, Stretches]:
     return path, _stretches(base, sharp, kept, lo, hi, blends, pieces, order)
 
 
-def _pieces(blends) -> _Pieces:
+def pieces_of(blends: Blends) -> Pieces:
+    """The blends, cut into the pieces that have a speed of their own."""
     bounds, numbers = zip(*_PIECES, strict=True)
     count = np.array(numbers)[np.searchsorted(bounds, blends.turn)]
     for most in (8, 4, 1):  # two would be no gain: both would have the sharpest point
@@ -96,7 +97,7 @@ def _pieces(blends) -> _Pieces:
     begin, end = (blends.curves.arc_length(n, t) for t in (t0, t1))
     length = blends.curves.length[n]
     angles = restricted(blends.angles[n], begin / length, np.where(t1 == 1, 1.0, end / length))
-    return _Pieces(n, Curves.joined(both).chosen(place), angles, begin, end)
+    return Pieces(n, Curves.joined(both).chosen(place), angles, begin, end)
 
 
 def _slower(base, i):

@@ -47,6 +47,10 @@ class Blends(NamedTuple):
     angles: np.ndarray  # (n, 6, 3) coefficients of a b c by length / whole length
     turn: np.ndarray  # (n,) rad, of the direction at the junction
 
+    def chosen(self, k) -> Blends:
+        """The blends k (n,) alone."""
+        return Blends(*(column.chosen(k) if isinstance(column, Curves) else column[k] for column in self))
+
 
 def blend(base, sharp, tolerance, axis_tolerance, smooth: bool = False) -> Blends:
     """The blends at the junctions of the path `base`.

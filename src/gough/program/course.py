@@ -18,8 +18,10 @@ import numpy as np
 from ..errors import ProgramError
 from .assemble import Stretches, assembled
 from .blend import blend
+from .limits import Limits
 from .path import Path
 from .spline import splined
+from .worth import worth
 
 _ARM = 0.1  # m, of the tool that the tip's tolerance turns where the axis has none of its own
 
@@ -68,8 +70,8 @@ class Course:
         return Place(block, np.where(rest, u, inside), s)
 
 
-def course_of(path: Path, rules: Rules | None = None) -> Course:
-    """The course along `path` that the rules allow.
+def course_of(path: Path, rules: Rules | None = None, limits: Limits | None = None) -> Course:
+    """The course along `path` that the rules allow.  With `limits` a corner keeps its stop where that takes less time.
 
     Raises
     ------
@@ -88,6 +90,9 @@ def course_of(path: Path, rules: Rules | None = None) -> Course:
         axis_tolerance = np.full(len(path), rules.axis_tolerance)
     base = splined(path, tolerance, axis_tolerance) if rules.spline else path
     blends = blend(base, path, tolerance, axis_tolerance, rules.smooth)
+    if limits is not None:
+        pays = worth(base, blends, limits)
+        blends = blends if pays.all() else blends.chosen(np.flatnonzero(pays))
     if base is path and not len(blends.after):
         return Course(_with(path, tolerance), path)
     driven, stretches = assembled(base, path, tolerance, blends)
