@@ -27,7 +27,7 @@ OPTIONS = {
     "jerk and joints limited": {"profile": "jerk_limited", "joint_limits": True},
 }
 WORK = """
-import json, resource, sys, time
+import json, sys, time
 import gough as gk
 
 machine = gk.load_machine("nist-octahedral")
@@ -36,7 +36,7 @@ program = gk.load_program(sys.argv[1], **json.loads(sys.argv[2]))
 read = time.perf_counter()
 motion = program.plan(machine)
 planned = time.perf_counter()
-memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+memory = next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM")) / 1024
 print(json.dumps([read - begin, planned - read, memory, len(motion.course.path)]))
 """
 

@@ -1,7 +1,5 @@
 """Quintics by arc length: against quadrature, dense samples and differences; chunks, speed."""
 
-import time
-
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -9,6 +7,7 @@ from scipy.integrate import quad
 from gough.frames import rotation_of_abc_np
 from gough.program.curves import Curves, hermite, restricted
 from gough.program.segments import norm
+from growth import growth
 
 
 def corners(m, seed=0, d=1e-3, most=2.6):
@@ -167,18 +166,12 @@ def test_placed_curves_are_the_same_curves_moved():
     np.testing.assert_allclose(moved.bend(i, s), curves.bend(i, s) @ R.T, atol=1e-10)
 
 
-def test_a_hundred_thousand_curves_are_made_and_asked_in_time():
-    c = corners(100_000)
-    rng = np.random.default_rng(7)
-    made, asked = np.inf, np.inf
-    for _ in range(2):  # the best of two: other work runs on this machine
-        start = time.process_time()
-        curves = Curves(c)
-        made = min(made, time.process_time() - start)
-        i = rng.integers(0, 100_000, 100_000)
-        s = rng.uniform(0, 1, 100_000) * curves.length[i]
-        start = time.process_time()
-        curves.frame(i, s)
-        asked = min(asked, time.process_time() - start)
-    assert made < 2
-    assert asked < 0.3
+def test_the_time_of_curves_grows_with_their_number():
+    def asked(curves):
+        i = np.random.default_rng(7).integers(0, len(curves.length), len(curves.length))
+        curves.frame(i, curves.length[i] / 3)
+
+    assert (
+        growth(corners, Curves, 5000) < 2
+    )  # 2: caches and the garbage collector's passes; anything quadratic would be 8
+    assert growth(lambda n: Curves(corners(n)), asked, 5000) < 2

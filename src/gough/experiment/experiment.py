@@ -108,11 +108,11 @@ class _CommandLine(Document):
 
     def locate(self, error: InputError, prefix: str = "") -> InputError:
         placed = super().locate(error, prefix)
-        options = {"machine": "--machine", "controller": "--controller", "run": "--seed"}
+        options = {"machine": "--machine", "controller": "--controller"}
         moved = []
         for problem in placed.problems:
             if problem.file == str(self.path) and problem.line is None and problem.key:
-                option = options.get(problem.key.partition(".")[0])
+                option = "--seed" if problem.key == "run.seed" else options.get(problem.key.partition(".")[0])
                 parts = {**problem.__dict__, "key": option}
                 problem = Problem(**({**parts, "file": None} if option else parts))
             moved.append(problem)

@@ -32,7 +32,9 @@ _ARM = 0.1  # m up the tool, as in feed.py: where a kink of the angles is seen
 _LONGEST = 7.5  # m per rad of turn: the curvature of such a blend is 0.1 1/m, there is no use in a longer one
 _JUMP = 1e-3  # 1/m, of a curvature that counts: a radius of a kilometre
 _SAMPLES = 16
-_SAFE = 0.99  # of the tolerance, where it is measured at 15 places: between them a bump rises by 0.5 % at most
+_BUMP = 0.8  # of the tolerance: between samples a bump rises by 5 % of it, a ridge between both legs by 17 %
+_FINER = 3  # times four: a ridge then by 0.3 %
+_SAFE = 0.99  # of the tolerance, for what is missed between the places measured
 _ROUNDS = 40
 _ROWS = 8192
 
@@ -195,28 +197,44 @@ def _shrunk(base, sharp, i, d, turning, tolerance, axis_tolerance):
 def _share(base, sharp, i, d, turning, tolerance, axis_tolerance):
     """How much of their tolerances the blends behind the blocks i use: the blend's distance from the path, the
     corner's from the blend, the angle of the tool axis to the path's at the closest point.  (n,)."""
-    every, zero = np.arange(len(i)), np.zeros(len(i))
+    every = np.arange(len(i))
     curves = Curves(_curves(base, i, d, d))
     angles = _angles(base, i, d, d, curves.length)
     corner = sharp.point(i, sharp.length[i])
     lo, hi = np.maximum(sharp.length[i] - 1.5 * d, 0.0), np.minimum(1.5 * d, sharp.length[i + 1])
-    away, nearest, twist = np.zeros(len(i)), np.full(len(i), np.inf), np.zeros(len(i))
-    for t in np.arange(1, _SAMPLES) / _SAMPLES:
-        t = np.full(len(i), t)
-        p = curves.at(every, t)
-        u = sharp.closest(i, p, lo, sharp.length[i], sharp.length[i])
-        v = sharp.closest(i + 1, p, zero, hi, zero)
-        before, behind = norm(p - sharp.point(i, u)), norm(p - sharp.point(i + 1, v))
+
+    def at(n, t):
+        """The shares that the places t (k,) of the blends n (k,) use, and how far the corner is from there."""
+        j, p, end, zero = i[n], curves.at(n, t), sharp.length[i[n]], np.zeros(len(n))
+        u, v = sharp.closest(j, p, lo[n], end, end), sharp.closest(j + 1, p, zero, hi[n], zero)
+        before, behind = norm(p - sharp.point(j, u)), norm(p - sharp.point(j + 1, v))
         least = np.minimum(before, behind)
-        away, nearest = np.maximum(away, least), np.minimum(nearest, norm(p - corner))
-        k = np.flatnonzero(turning)
+        share = least / tolerance[n]
+        k = np.flatnonzero(turning[n])
         if len(k):
-            axis = _axis(_polynomial(angles[k], curves.arc_length(k, t[k]) / curves.length[k]))
-            close = least[k] + 0.02 * tolerance[k]  # where two places are about as near, both count
-            for block, at, distance in ((i, u, before), (i + 1, v, behind)):
-                angle = norm(axis - _axis(sharp.angles(block[k], at[k])))
-                twist[k] = np.maximum(twist[k], np.where(distance[k] <= close, angle, 0.0))
-    return np.maximum(np.maximum(away, nearest) / tolerance, twist / axis_tolerance)
+            axis = _axis(_polynomial(angles[n[k]], curves.arc_length(n[k], t[k]) / curves.length[n[k]]))
+            close = least[k] + 0.02 * tolerance[n[k]]  # where two places are about as near, both count
+            for block, along, distance in ((j, u, before), (j + 1, v, behind)):
+                angle = norm(axis - _axis(sharp.angles(block[k], along[k])))
+                twist = np.where(distance[k] <= close, angle, 0.0) / axis_tolerance[n[k]]
+                share[k] = np.maximum(share[k], twist)
+        return share, norm(p - corner[n])
+
+    samples = [at(every, np.full(len(i), k / _SAMPLES)) for k in range(1, _SAMPLES)]
+    shares = np.stack([np.zeros(len(i)), *(share for share, _ in samples), np.zeros(len(i))], 1)
+    most = np.maximum(shares.max(1), np.min([away for _, away in samples], 0) / tolerance)
+    # bumps between the samples, where what is found may otherwise pass
+    bump = (shares[:, 1:-1] >= shares[:, :-2]) & (shares[:, 1:-1] >= shares[:, 2:]) & (shares[:, 1:-1] > _BUMP)
+    n, k = np.nonzero(bump & (most <= _SAFE)[:, None])
+    top, best, step = (k + 1) / _SAMPLES, shares[n, k + 1], 1 / _SAMPLES
+    for _ in range(_FINER if len(n) else 0):
+        step, middle = step / 4, top
+        for side in (-3, -2, -1, 1, 2, 3):
+            t = middle + side * step
+            share = at(n, t)[0]
+            top, best = np.where(share > best, t, top), np.maximum(share, best)
+    np.maximum.at(most, n, best)
+    return most
 
 
 def _polynomial(c, x):

@@ -2,7 +2,6 @@
 
 import math
 import random
-import time
 
 import pytest
 
@@ -194,10 +193,7 @@ def test_every_operation_and_function_is_known_to_the_tests_of_values():
     ],
 )
 def test_a_hundred_thousand_brackets_are_no_deeper_than_one(text):
-    start = time.perf_counter()
-    found = value(text)
-    assert found in (1.0, 50_001.0, 100_001.0)
-    assert time.perf_counter() - start < 2  # 0.2 s measured
+    assert value(text) in (1.0, 50_001.0, 100_001.0)
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "#" * 100_000 + "1", "[" * 99_999 + "1" + "]" * 99_998])

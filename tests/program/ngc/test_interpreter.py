@@ -192,18 +192,16 @@ REFUSED = [
     ("G92 X1000001", "1: X is beyond 1000000, got X1000001; write at most 1000000"),
     ("M61", "1: M61 without Q; write Q and the number of the tool in the spindle"),
     ("M72", "1: M72 without M70 or M73 at this level of calls; write M70 before it"),
-    ("G41 D1", "1: not supported, got G41; offset the path in CAM\n1: not supported, got D1; remove it, with G41"),
-    ("G81 X1 Z-1 R1 F10", "1: not supported, got G81; write the moves of the cycle: G0 and G1\n"
-                          "1: not supported, got R1; remove it, with G81"),
+    ("G41 D1", "1: not supported, got G41; offset the path in CAM"),
+    ("G81 X1 Z-1 R1 F10", "1: not supported, got G81; write the moves of the cycle: G0 and G1"),
+    ("G43.4 H1 U2", "1: not supported, got G43.4; write G43: the tip stays on the path while the tool tilts"),
+    ("U2", "1: not supported, got U2; write X, and G91 for a way from the last point"),
     ("G38.2 X5 F10", "1: not supported, got G38.2; remove it: nothing is probed"),
     ("G95", "1: not supported, got G95; write G94, and F in mm/min: the feed times the turns a minute"),
-    ("G68 R30", "1: not supported, got G68; write G10 L2 P1 R and the angle\n"
-                "1: not supported, got R30; remove it, with G68"),
-    ("M98 P100", "1: not supported, got M98; write O<name> sub ... O<name> endsub, and O<name> call\n"
-                 "1: not supported, got P100; remove it, with M98"),
+    ("G68 R30", "1: not supported, got G68; write G10 L2 P1 R and the angle"),
+    ("M98 P100", "1: not supported, got M98; write O<name> sub ... O<name> endsub, and O<name> call"),
     ("M101", "1: not supported, got M101; remove it: M100 to M199 run scripts, and no script is run"),
-    ("M62 P1", "1: not supported, got M62; remove it: inputs and outputs are not simulated\n"
-               "1: not supported, got P1; remove it, with M62"),
+    ("M62 P1", "1: not supported, got M62; remove it: inputs and outputs are not simulated"),
     ("G1.5 X1", "1: not supported, got G1.5; docs/nc-programs.md lists the codes that are"),
     ("G123", "1: not supported, got G123; docs/nc-programs.md lists the codes that are"),
     ("G41 G81 M19", "1: not supported, got G41; offset the path in CAM\n"

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from gough.program.ngc import tip
 from gough.program.ngc.read import MOST_PROBLEMS, read_program
 from gough.program.ngc.tools import Tools
 from gough.program.path import Path
+from growth import growth
 
 from .machine import ends, read, refused
 
@@ -147,38 +147,29 @@ def surface(lines):
     ) + "\nM2\n"  # fmt: skip
 
 
-def test_a_plain_line_costs_less_than_40_us():
-    """A quarter of the budget of 15 s for 100 000 lines; measured: 6 us."""
-    text = surface(5000)
-    best = min(_seconds(text) for _ in range(3))
-    assert best < 5000 * 40e-6
-
-
-def _seconds(text):
-    start = time.process_time()
-    read_program(text)
-    return time.process_time() - start
+def test_the_time_of_reading_grows_with_the_lines():
+    assert (
+        growth(surface, read_program, 2000) < 2
+    )  # 2: caches and the garbage collector's passes; anything quadratic would be 8
 
 
 @pytest.mark.slow
-def test_100_000_lines_are_read_in_4_s_and_little_memory(tmp_path):
-    text = surface(100_000)
-    assert _seconds(text) < 4
+def test_100_000_lines_take_little_memory(tmp_path):
     file = tmp_path / "surface.ngc"
-    file.write_text(text)
+    file.write_text(surface(100_000))
     script = (
-        "import sys, resource\nfrom gough.program.ngc.read import read_program\n"
-        "read_program('G0 X1\\nM2')\nbefore = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "import sys\nfrom gough.program.ngc.read import read_program\n"
+        "def peak():\n"
+        "    return next(int(line.split()[1]) for line in open('/proc/self/status') if line.startswith('VmHWM'))\n"
+        "read_program('G0 X1\\nM2')\nbefore = peak()\n"
         "text = open(sys.argv[1]).read()\nblocks = read_program(text)\nassert len(blocks) == 99_997, len(blocks)\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+        "print(peak() - before)\n"
     )
     out = subprocess.run([sys.executable, "-c", script, file], capture_output=True, text=True, timeout=60, check=True)
-    assert int(out.stdout) < 100_000 * (1024 if sys.platform == "darwin" else 1)  # kB: 100 MB
+    assert int(out.stdout) < 100_000  # kB
 
 
 @pytest.mark.slow
-def test_a_million_blocks_are_refused_in_constant_memory_and_time():
-    start = time.process_time()
+def test_a_million_blocks_are_refused():
     text = refused("G91", "O1 repeat [2000000]", "G0 X0.001", "O1 endrepeat", steps=10_000_000)
     assert text == "3: a program has at most 1000000 moves; split it"
-    assert time.process_time() - start < 30

@@ -24,7 +24,8 @@ def sort(words) -> tuple[Groups, Groups]:
     Raises
     ------
     ProgramError
-        with every code and letter that is not supported, and every two codes of one group.
+        with every code and letter that is not supported, and every two codes of one group.  Of the letters beside a
+        code that is not supported nothing is said: what to write instead of it may need them.
     """
     problems: list[Problem] = []
     strange: list[str] = []
@@ -33,13 +34,10 @@ def sort(words) -> tuple[Groups, Groups]:
     if g.get(codes.AXES) in (520, 920) and codes.UNSHIFT in g:
         both = f"{name_of('G', g[codes.AXES])} {name_of('G', g[codes.UNSHIFT])}"
         problems.append(Problem("two words of one kind in a block", value=both, cure=_APART))
-    for letter in words.values:
-        text = words.texts.get(letter, letter)
+    for letter in words.values if not strange else ():  # the letters beside a strange code are that code's
         if letter not in _KNOWN:
-            cure = f"remove it, with {' and '.join(strange)}" if strange else codes.cure_of(letter)
-            problems.append(Problem("not supported", value=text, cure=cure))
-        elif strange and letter in codes.TAKERS and not takers(letter, g, m, g.get(codes.MOTION)):
-            problems.append(Problem("not supported", value=text, cure=codes.cure_of_unused(letter, strange)))
+            text = words.texts.get(letter, letter)
+            problems.append(Problem("not supported", value=text, cure=codes.cure_of(letter)))
     if problems:
         raise ProgramError(problems=problems)
     return g, m

@@ -6,8 +6,6 @@ them (all pairs were tried on its rs274): that G92.1 may stand beside G4, and th
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 MOTION, AXES, PLANE, UNITS, DISTANCE, CENTER, FEED, TOOL, SYSTEM, CORNER, UNSHIFT = (
     "motion", "axes", "plane", "units", "distance", "center", "feed", "tool", "system", "corner", "unshift",
 )  # fmt: skip
@@ -47,6 +45,7 @@ _LATHE = "remove it: it is for lathes"
 _PROBE = "remove it: nothing is probed"
 _SPLINE = "write arcs or short G1 lines; the option `spline` makes one smooth curve of them"
 _OUTPUT = "remove it: inputs and outputs are not simulated"
+_ZERO = "write G54 to G59.3"
 _SCALE = "scale the path in CAM"
 _SUB = "write O<name> sub ... O<name> endsub, and O<name> call"
 _MODAL = "write G61.1 in a block before, and G64 or G61 behind"
@@ -59,6 +58,7 @@ _CURES = {
     "G31": _PROBE, "G33": "write G1: the spindle's angle is not simulated", "G38": _PROBE,
     "G41": _OFFSET, "G42": _OFFSET, "G43.4": "write G43: the tip stays on the path while the tool tilts",
     "G43.5": "write G43, and A, B, C for the tool's axis",
+    "G54.1": _ZERO, "G154": _ZERO, "G642": "write G64 P and the tolerance",
     "G50": _SCALE, "G51": _SCALE, "G65": _SUB, "G66": _SUB, "G67": "remove it: nothing to cancel",
     "G68": "write G10 L2 P1 R and the angle", "G69": "write G10 L2 P1 R0, or remove it",
     "G68.2": "write the moves in the machine's axes: five-axis output of the CAM system",
@@ -98,8 +98,6 @@ def cure_of(name: str) -> str:
     return _KNOWN
 
 
-def cure_of_unused(letter: str, beside: Collection[str] = ()) -> str:
-    """What to do about a letter that no code of its block takes; `beside`: unsupported codes in the block."""
-    if beside:
-        return f"remove it, with {' and '.join(beside)}"
+def cure_of_unused(letter: str) -> str:
+    """What to do about a letter that no code of its block takes."""
     return f"remove it, or write {TAKERS[letter]} beside it"

@@ -31,6 +31,7 @@ _KEYWORD = re.compile("(?:" + "|".join(sorted(KEYWORDS, key=len, reverse=True)) 
 _ONE = {"IF", "ELSEIF", "WHILE", "REPEAT"}  # need one expression
 _OPTIONAL = {"ENDSUB", "RETURN"}  # may have one
 _DIGITS = re.compile(r"[0-9]*")
+_OTHER_FLOW = re.compile(r"IF\[|WHILE\[|GOTO|DO[0-9]|END[0-9]|ELSE|ENDIF|ENDWHILE")  # of other controls
 _BLANKS = str.maketrans("", "", " \t\r")
 
 
@@ -91,6 +92,9 @@ def read_line(text: str, number: int = 1, block_delete: bool = True) -> Line:
     at = _line_number(code, text, 1 if code.startswith("/") else 0)
     if code.startswith("O", at):
         return Line(number, oword=_o_word(code, at), **asked(last))
+    if _OTHER_FLOW.match(code, at):
+        cure = "write e.g. o1 if [#1 gt 2], o1 else, o1 endif; o1 while [#1 lt 9], o1 endwhile"
+        raise ProgramError("a condition or loop without an O word", value=show(code[at:]), cure=cure)
     words, settings = [], []
     while at < len(code):
         c = code[at]
