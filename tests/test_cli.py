@@ -404,6 +404,15 @@ def has(table, key):
     return True
 
 
+def test_show_of_an_experiment_gives_the_moves_of_its_program_with_its_tools(gough, write):
+    write("part.ngc", "T1 M6 G43\nG0 X10\nM2\n")
+    circle = 'kind = "circle"\nradius = "20 mm"\nfeed = "6 m/min"\n'
+    write("tooled.toml", EXPERIMENT, {circle: 'file = "part.ngc"\n[tools]\n1 = { length = "50 mm" }\n'})
+    bare, tooled = (gough("show", name, "--json").json["moves"] for name in ("part.ngc", "tooled.toml"))
+    assert [move["end"][2] for move in bare] == [0, 0]
+    assert [move["end"][2] for move in tooled] == [0, -0.05, -0.05]
+
+
 def test_show_of_an_unknown_machine_says_the_nearest(gough):
     ended = gough("show", "okuma-600")
     assert ended.status == 2

@@ -82,6 +82,13 @@ def test_a_bare_nc_program_says_what_is_missing_by_the_name_of_the_option(write)
     ]
 
 
+def test_a_mistake_of_a_run_that_no_option_of_the_command_line_can_cure_does_not_blame_one(write):
+    path = write("part.ngc", NC)
+    document = load_experiment(path, machine="okuma-pm600").document
+    told = [str(document.locate(ExperimentError("is wrong", key=key))) for key in ("run.seed", "run.log_every")]
+    assert told == ["--seed: is wrong", f"{path}: is wrong"]
+
+
 def test_arguments_take_the_place_of_what_the_file_says_and_a_law_of_the_file_keeps_its_numbers(write):
     path = write("f.toml", EXPERIMENT, {'kind = "pid"\nbandwidth = "10 Hz"': 'kind = "pid"\nbandwidth = "7 Hz"'})
     experiment = load_experiment(path, machine="okuma-pm600", controllers=["pid"], seed=5)
@@ -93,6 +100,15 @@ def test_arguments_take_the_place_of_what_the_file_says_and_a_law_of_the_file_ke
 def test_two_controllers_of_one_kind_have_two_labels(write):
     experiment = load_experiment(write("f.toml", EXPERIMENT, {'"computed_torque"': '"pid"'}))
     assert experiment.labels == ["pid", "pid-2"]
+
+
+@pytest.mark.parametrize("name, near", [("cone-frustrum", "cone-frustum"), ("zig", "zigzag"), ("s-pice", "s-piece")])
+def test_a_name_that_is_nearly_one_of_the_library_s_programs_gets_the_right_one(name, near, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(name, machine="okuma-pm600")
+    rule = "no file, and no NC program of the library, has this name"
+    assert str(caught.value) == f"{rule}, got '{name}'; did you mean {near}?"
 
 
 def test_only_experiments_and_nc_programs_can_be_run(write):

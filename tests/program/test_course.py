@@ -76,7 +76,7 @@ def test_rests_keep_their_blocks_and_turns_their_extent():
     np.testing.assert_array_equal(block, [2, 2, 3])
     np.testing.assert_array_equal(u, [0.0, 0.15, 0.0])
     np.testing.assert_allclose(s, 0.1, rtol=1e-15)
-    assert (course.path.kind == CURVE).sum() == 16  # two right angles, eight pieces each; none beside the rests
+    assert (course.path.kind == CURVE).sum() == 64  # two right angles, 32 pieces each; none beside the rests
 
 
 CASES = {

@@ -120,3 +120,13 @@ def test_the_time_of_paths_and_feeds_grows_with_the_blocks():
     assert (
         growth(chain, lambda blocks: Feed(Path(blocks), Limits(0.3, 2.0, 1.0, 5.0)), 2500) < 2
     )  # 2: caches and the garbage collector's passes; anything quadratic would be 8
+
+
+def test_a_path_is_at_most_a_thousand_kilometres_long():
+    there, back = (
+        Block(Line(a, b), feed=1.0, line=n) for n, a, b in ((7, (0, 0, 0), (4e5, 0, 0)), (8, (4e5, 0, 0), (0, 0, 0)))
+    )
+    assert Path([there, back]).s0[-1] == 8e5
+    with pytest.raises(ProgramError) as caught:
+        Path([there, back, there])
+    assert str(caught.value) == "7: a path is at most 1000 km long, got 1200 km"

@@ -20,8 +20,8 @@ def along(path, blocks, count=7):
 
 
 def surface(path):
-    """The blocks along the surface: all but two to get there and two to leave."""
-    return np.arange(2, len(path) - 2)
+    """The blocks along the surface: all but three to get there, a pause among them, and two to leave."""
+    return np.arange(3, len(path) - 2)
 
 
 # -- angles of an axis ------------------------------------------------------------------------------------------------
@@ -106,13 +106,14 @@ def test_the_tool_comes_and_goes_along_the_tangent_and_along_itself(kind):
     path = program.path()
     i = np.arange(len(path))
     t, axis = path.tangent(i, 0 * path.length), along(path, i, 2)[1][::2]
-    np.testing.assert_allclose(path.length[[0, 1, -2, -1]], [0.03, 0.012, 0.012, 0.03], rtol=1e-12)
+    assert path.dwell[1] == 0.5  # behind the rapid
+    np.testing.assert_allclose(path.length[[0, 2, -2, -1]], [0.03, 0.012, 0.012, 0.03], rtol=1e-12)
     np.testing.assert_allclose([t[0], t[-1]], [-axis[0], axis[-1]], atol=1e-12)
-    np.testing.assert_allclose([t[1], t[-2]], [t[2], t[-3]], atol=1e-11)
+    np.testing.assert_allclose([t[2], t[-2]], [t[3], t[-3]], atol=1e-11)
     assert list(np.flatnonzero(path.rapid)) == [0, len(path) - 1]
     np.testing.assert_array_equal(path.abc0[:, 2], 0)
     # the short lines and the tangents may be blended into one another; the rapids are no part of that
-    np.testing.assert_array_equal(path.tolerance, [0] + [program.tolerance] * (len(path) - 3) + [0, 0])
+    np.testing.assert_array_equal(path.tolerance, [0, 0] + [program.tolerance] * (len(path) - 4) + [0, 0])
 
 
 def test_a_frustum_comes_back_to_where_it_began_with_the_same_angles():

@@ -40,6 +40,14 @@ def test_the_line_of_contour_error_holds_the_largest_error(logs):
     assert "[µm]" in ax.get_ylabel()
 
 
+def test_the_nc_line_of_the_largest_counted_contour_error_stands_at_its_place(logs):
+    ax = contour_error(logs)
+    for text, log in zip(ax.texts, logs, strict=True):
+        error = log.metrics["contour_error"]
+        assert text.get_text().strip() == f"NC line {error['line']:.0f}"
+        assert text.xy == pytest.approx((error["at"], 1e6 * error["max"]), rel=1e-12)
+
+
 def test_velocity_reversals_are_marked_at_their_times(logs):
     ax = contour_error(logs)
     times = [entry["time"] for entry in logs[1].info["reversals"]]
@@ -136,6 +144,19 @@ def test_no_picture_is_blank(logs, tmp_path):
         middle = image[image.shape[0] // 5 : -image.shape[0] // 5, image.shape[1] // 5 : -image.shape[1] // 5]
         # an empty diagram has only its grid, whose channels differ by 8 / 255; those of the palest curve by 27 / 255
         assert (np.ptp(middle, axis=2) > 17 / 255).sum() > 300, p
+
+
+def test_a_long_reason_of_a_failure_leaves_the_picture_its_room(tmp_path, recwarn):
+    reason = "NC line 4: strut 4: too long, got 1.9000238 m (limit 1.9 m); " + "move the work, " * 9
+    log = make_log(seconds=2.0, failed=reason)
+    for draw in (path, contour_error):
+        ax = draw(log)
+        ax.figure.savefig(tmp_path / "a.png")
+        text = next(one for one in ax.texts if "FAILED" in one.get_text())
+        assert " ".join(text.get_text().split()).startswith("FAILED: NC line 4: strut 4: too long")
+        assert text.get_window_extent().x1 < ax.figure.bbox.x1
+        assert ax.get_position().width > 0.6
+    assert not [str(one.message) for one in recwarn]
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2])

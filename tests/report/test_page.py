@@ -233,6 +233,21 @@ def test_of_very_many_warnings_some_are_shown_and_the_rest_counted(short):
     assert "warning 11." in text and "warning 12." not in text and "988 more" in text
 
 
+def test_under_the_table_stand_time_and_nc_line_of_the_largest_contour_error_of_each(logs, parsed):
+    below = parsed.text[parsed.text.index("In numbers") : parsed.text.index("Seen in the")]
+    error = [log.metrics["contour_error"] for log in logs]
+    told = [f"at {e['at']:.3f} s, NC line {e['line']:.0f}" for e in error]
+    assert f"Largest contour error: PID {told[0]}; computed torque {told[1]}." in below
+
+
+def test_where_no_log_knows_its_nc_lines_no_place_is_told():
+    log = make_log("pid", seconds=3.0, rate=100)
+    metrics = log.info["metrics"]
+    without = metrics | {"contour_error": metrics["contour_error"] | {"line": 0}}
+    log.dataset.attrs["gough"] = json.dumps(log.info | {"metrics": without})
+    assert "Largest contour error" not in Page(page([log])).text
+
+
 def test_the_terms_of_the_table_are_said_under_it(parsed):
     below = parsed.text[parsed.text.index("In numbers") : parsed.text.index("Seen in the")]
     for term in ("Contour error:", "within 5 mm + 0.1 s of feed", "Lag:", "Velocity reversal:", "Glitch:"):

@@ -65,7 +65,9 @@ def gough(
 
 @app.command(rich_help_panel="Simulate")
 def run(
-    file: Annotated[Path, typer.Argument(help="An experiment (.toml) or an NC program (.ngc).")],
+    file: Annotated[
+        Path, typer.Argument(help="An experiment (.toml), an NC program (.ngc), or one of the library (cone-frustum).")
+    ],
     machine: MachineName = None,
     controller: ControllerNames = None,
     out: Out = None,
@@ -139,12 +141,12 @@ def machines(json: Json = False, debug: Debug = False) -> int:
 def show(
     what: Annotated[
         str,
-        typer.Argument(help="A library machine, a data sheet (.toml) or an NC program (.ngc).", metavar="NAME|FILE"),
+        typer.Argument(help="A machine or NC program (.ngc), by name or file; or an experiment.", metavar="NAME|FILE"),
     ],
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Show a machine: every number with its unit, meaning and source.  Or an NC program: every move it comes to."""
+    """Show a machine: every number with its unit, meaning and source.  Or a program: every move it comes to."""
 
     def work(outcome: Outcome) -> None:
         from .show import show_anything

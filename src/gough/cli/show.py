@@ -1,7 +1,8 @@
-"""gough machines, gough show: machines with all their numbers, NC programs with all their moves."""
+"""gough machines, gough show: machines with all their numbers, programs with all their moves."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from .progress import preparing
 
 if TYPE_CHECKING:
     from ..declare import Part
+    from ..program import Program
 
 
 def list_machines(outcome: Outcome) -> None:
@@ -38,14 +40,24 @@ def _about(text: str) -> str:
 
 
 def show_anything(name: str, outcome: Outcome) -> None:
-    """A machine, or the NC program of a file or of gough's library."""
-    from ..experiment import SUFFIXES, nc_file
+    """A machine, the NC program of a file or of gough's library, or the program of an experiment."""
+    from ..experiment import SUFFIXES, load_experiment, nc_file
+    from ..program import load_program
 
     path = nc_file(name)
     if path.suffix.lower() in SUFFIXES:
-        show_program(path, outcome)
+        show_program(path.name, lambda: load_program(path), outcome)
+    elif _is_experiment(path):
+        show_program(path.name, lambda: load_experiment(path).program, outcome)
     else:
         show_machine(name, outcome)
+
+
+def _is_experiment(path: Path) -> bool:
+    if path.suffix.lower() != ".toml" or not path.exists():
+        return False
+    schema = read_toml(path).data.get("schema")
+    return isinstance(schema, str) and schema.startswith("gough-experiment")
 
 
 def show_machine(name: str, outcome: Outcome) -> None:
@@ -71,13 +83,12 @@ def show_machine(name: str, outcome: Outcome) -> None:
             outcome.say(f"{'':{width}}  {'':24}  - {row['source']}")
 
 
-def show_program(file: Path, outcome: Outcome) -> None:
-    """The moves of an NC program, one line each: NC line, word, end, centre, feed, and what may happen behind it."""
-    from ..program import load_program
+def show_program(name: str, load: Callable[[], Program], outcome: Outcome) -> None:
+    """The moves of a program, one line each: NC line, word, end, centre, feed, and what may happen behind it."""
     from ..program.listing import listing
 
-    with preparing(file.name, outcome.as_json):
-        path = load_program(file).path()
+    with preparing(name, outcome.as_json):
+        path = load().path()
     if not outcome.as_json:
         outcome.say(listing(path, most=len(path)))
         return

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ExperimentError, InputError, Problem, did_you_mean
+from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from ..files import Document, read_toml
 from ..machine import sheet
 from ..names import slug
@@ -89,13 +89,24 @@ def load_experiment(
 
 
 def nc_file(path: str | Path) -> Path:
-    """The path itself, or that of the NC program of gough's library which has this name."""
+    """The path itself, or that of the NC program of gough's library which has this name.
+
+    Raises
+    ------
+    ExperimentError
+        there is no such file, and the name is much like one of the library.
+    """
     path = Path(path)
     if path.suffix or path.exists():
         return path
     from ..program.load import pieces
 
-    return pieces().get(str(path), path)
+    name, known = str(path), pieces()
+    near = nearest(name, known) or next((one for one in known if one.startswith(name)), None)
+    if name not in known and near:
+        rule = "no file, and no NC program of the library, has this name"
+        raise ExperimentError(rule, value=repr(name)[:60], cure=f"did you mean {near}?")
+    return known.get(name, path)
 
 
 def experiment_of(document: Document) -> Experiment:

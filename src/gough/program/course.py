@@ -95,7 +95,7 @@ def course_of(path: Path, rules: Rules | None = None, limits: Limits | None = No
         blends = blends if pays.all() else blends.chosen(np.flatnonzero(pays))
     if base is path and not len(blends.after):
         return Course(_with(path, tolerance), path)
-    driven, stretches = assembled(base, path, tolerance, blends)
+    driven, stretches = assembled(base, path, tolerance, blends, np.inf if limits is None else limits.rapid)
     return Course(driven, path, stretches)
 
 

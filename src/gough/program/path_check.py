@@ -9,6 +9,7 @@ from .blocks import REST
 from .segments import norm, rotated
 
 _SHORTEST = 1e-9  # m, as long as no machine can resolve: shorter moves have no direction
+_LONGEST = 1e6  # m of a whole path: a month at a metre a second, and where 0.1 nm are still told apart
 
 
 def check(path, abc1) -> None:
@@ -54,6 +55,10 @@ def _check_numbers(path):
     if len(wrong):
         i = wrong[0]
         raise ProgramError("a move has no length", value=f"{path.length[i]:.3g} m", line=_line(path, i))
+    total = path.s0[1:]
+    if not total[-1] <= _LONGEST:
+        i = int(np.argmax(~(total <= _LONGEST)))
+        raise ProgramError("a path is at most 1000 km long", value=f"{total[-1] / 1e3:.6g} km", line=_line(path, i))
     slow = np.flatnonzero(~path.rapid & (moves | path.turning_at_rest) & ~(path.feed > 0))
     if len(slow):
         raise ProgramError("the feed must be above 0", value=f"{path.feed[slow[0]]:g}", line=_line(path, slow[0]))

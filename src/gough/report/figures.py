@@ -6,6 +6,7 @@ the largest value is always drawn (prepare.thin).
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
@@ -37,6 +38,8 @@ from .prepare import (
     tip,
     with_margin,
 )
+from .table import number as of_log
+from .table import worst
 
 DPI = 150
 MOST_CIRCLES = 12
@@ -56,6 +59,12 @@ def contour_error(logs: Log | Iterable[Log], ax: Any = None) -> Any:
         rows = thin(error)
         drawn += ax.plot(log.t[rows], error[rows], label=style.verbatim(human(name)), linewidth=0.8)
         top = max(top, _top(error))
+        place = worst(log)
+        if place:
+            most = scale.times * of_log(log, ("contour_error", "max"))
+            side = "left" if place[0] < 0.8 * log.t[-1] else "right"  # of the largest error, inside the frame
+            colour = drawn[-1].get_color()
+            ax.annotate(f" NC line {place[1]} ", (place[0], most), ha=side, fontsize="small", color=colour)
     _uncounted(logs[0], ax)
     for i, log in enumerate(logs):
         times = [entry["time"] for entry in reversals(log)]
@@ -277,16 +286,17 @@ def _uncounted(log: Log, ax: Any) -> None:
 def _failed(logs: list[Log], ax: Any) -> None:
     failed = [log for log in logs if log.failed]
     if failed:
-        reason = failed[0].reason if len(failed[0].reason) < 90 else failed[0].reason[:87] + "..."
-        ax.text(
+        reason = textwrap.shorten(f"FAILED: {failed[0].reason}", 150, placeholder=" ...")
+        text = ax.text(
             0.01,
             0.02,
-            style.verbatim(f"FAILED: {reason}"),
+            style.verbatim(textwrap.fill(reason, 58)),
             transform=ax.transAxes,
             color="#b00020",
             fontsize=9,
             weight="bold",
         )
+        text.set_in_layout(False)  # else the axes shrink until a long reason fits beside them
 
 
 def _need(log: Log, *names: str) -> None:

@@ -12,7 +12,7 @@ from ..log import Log
 from . import charts as draw
 from .prepare import counted, force_range, labels, plane_of, scale_for, tip
 from .style import COLOURS
-from .table import heads, report_table
+from .table import heads, report_table, where
 
 MOST_CIRCLES = 12
 
@@ -63,9 +63,10 @@ def _table(logs: list[Log]) -> str:
         rows.append(f'<tr><th scope="row">{escape(row.label)}</th>{cells}</tr>')
     caption = "<caption>Bold: the best of each line.</caption>" if any(row.best for row in table) else ""
     terms = "".join(f"<div><dt>{term}:</dt><dd>{meaning}</dd></div>" for term, meaning in TERMS.items())
+    place = _note(escape(where(logs))) if where(logs) else ""
     return (
         f'<div class="scroll"><table>{caption}<thead><tr><th></th>{head}</tr></thead>'
-        f'<tbody>{"".join(rows)}</tbody></table></div>\n<dl class="terms">{terms}</dl>'
+        f'<tbody>{"".join(rows)}</tbody></table></div>\n{place}<dl class="terms">{terms}</dl>'
     )
 
 

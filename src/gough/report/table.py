@@ -115,6 +115,20 @@ def number(log: Log, path: Sequence[str]) -> float | None:
     return value
 
 
+def worst(log: Log) -> tuple[float, int] | None:
+    """Time, s, and NC line of the largest contour error; None if the log has no such line."""
+    at, line = number(log, ("contour_error", "at")), number(log, ("contour_error", "line"))
+    return (at, int(line)) if at is not None and line else None
+
+
+def where(logs: Log | Iterable[Log]) -> str:
+    """Time and NC line of the largest contour errors, one sentence; empty where no log knows its lines."""
+    logs = as_logs(logs)
+    found = [(name, worst(log)) for name, log in zip(names(logs), logs, strict=True)]
+    told = [f"{name} at {place[0]:.3f} s, NC line {place[1]}" for name, place in found if place]
+    return f"Largest contour error: {'; '.join(told)}." if told else ""
+
+
 def verdict(logs: Log | Iterable[Log]) -> str:
     """Who is better and by how much, or how good the only one is.
 

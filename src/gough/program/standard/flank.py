@@ -17,9 +17,10 @@ from collections.abc import Callable
 import numpy as np
 
 from ...errors import ExperimentError
-from ..blocks import Block, Line
+from ..blocks import Block, Line, Rest
 from ..path import Path
 
+PAUSE = 0.5  # s, behind the rapid: what is cut is not to show how the machine settles
 _DENSE = 8001  # parameters at which (2) is looked at
 _MOST = 100_000  # lines
 
@@ -90,7 +91,7 @@ class Flank:
         return worst
 
     def path(self, chord: float, feed: float, tolerance: float, approach: float, clearance: float) -> Path:
-        """Down along the tool by a rapid, on along the tangent, along the surface, off and up again.
+        """Down along the tool by a rapid, a pause to settle, along the tangent, the surface, off and up.
 
         chord: m, as `knots`.  tolerance: m, how far the short lines may be blended.
         approach, clearance: m, of the tangents at both ends and of the rapids.
@@ -103,13 +104,15 @@ class Flank:
         points = np.vstack([begin + clearance * axis[0], begin, tip, end, end + clearance * axis[-1]]).tolist()
         angles = [abc[0].tolist()] * 2 + abc.tolist() + [abc[-1].tolist()] * 2
         last = len(points) - 2
-        return Path(
+        out = [
             Block(
                 Line(tuple(points[k]), tuple(points[k + 1])), tuple(angles[k]), tuple(angles[k + 1]), feed,
                 rapid=k in (0, last), tolerance=tolerance if 0 < k < last - 1 else 0.0,
             )
             for k in range(last + 1)
-        )  # fmt: skip
+        ]  # fmt: skip
+        pause = Block(Rest(tuple(points[1])), tuple(angles[1]), tuple(angles[1]), dwell=PAUSE)
+        return Path([out[0], pause, *out[1:]])
 
 
 def _unit(a):
