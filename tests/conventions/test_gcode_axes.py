@@ -21,6 +21,23 @@ class Direct:
 MACHINE = Direct()
 
 
+def run(*lines, Ts=1e-3, machine=MACHINE, **options):
+    return NCProgram(text="\n".join([*lines, "M2"]), **options).sample(Ts, machine)
+
+
+@pytest.mark.parametrize(
+    "words, axis",
+    [
+        ("A5", (0, -0.08715574274765817, 0.9961946980917455)),  # about +x: from +z towards -y
+        ("B5", (0.08715574274765817, 0, 0.9961946980917455)),  # about +y: from +z towards +x
+        ("C5", (0, 0, 1)),  # about the tool's own axis
+        ("A90", (0, -1, 0)),
+        ("B90", (1, 0, 0)),
+        ("A90 C90", (1, 0, 0)),  # A first, then C about the frame's z: -y goes to +x
+        ("A90 B90", (0, -1, 0)),  # A first; then B turns -y about y, which leaves it
+        ("B90 C90", (0, 1, 0)),
+    ],
+)
 def test_a_b_c_turn_the_tool_about_the_axes_of_the_frame_in_this_order(words, axis):
     np.testing.assert_allclose(run(f"G0 {words}").axis[-1], axis, atol=1e-15)
 
