@@ -1,12 +1,13 @@
 # make demo    makes .venv, installs gough, runs the main example, says where the report is
 # make test    the tests; make check: lint and the quick tests; make test-all: with the long campaigns
 # make bench   timings beside CasADi's interpreter, written to docs/performance.md
+# make mutate  one planted sign error at a time: which test sees it, written to docs/mutation.md
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= $(shell nproc)
 
-.PHONY: demo test check test-all bench lint clean
+.PHONY: demo test check test-all bench mutate lint clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -37,6 +38,9 @@ test-all: $(VENV)/developed
 bench: $(VENV)/developed
 	$(BIN)/python -m bench
 	$(BIN)/python -m bench.programs
+
+mutate: $(VENV)/developed
+	$(BIN)/python tools/mutate.py --workers $(WORKERS)
 
 clean:
 	rm -rf $(VENV) results

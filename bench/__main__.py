@@ -1,134 +1,109 @@
-"""make bench: simulated seconds a CPU second of one closed loop, beside CasADi's interpreter.
+"""make bench: how fast the simulations and the array functions are, measured so that anyone can do it again.
 
-The loop: nist-octahedral under computed torque at 1 kHz, RK4 at 0.25 ms, on the program of the demo's kind (a circle
-of 0.2 m at 3 m/min), once with friction without memory and once with LuGre.  "kernel" is the machine code alone;
-"simulate" is gk.simulate() with the reference, the checks, the contour error and the log.  Every engine runs once a
-round; the figure is the median of the rounds, the ratios are medians of the ratios within a round.
+Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
+of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
+clock.  `python -m bench [loops] [rows] [workers] [peers]` measures some of it and keeps the rest of the last result.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import statistics
+import sys
 import time
 from pathlib import Path
 
-import numpy as np
-
 import gough as gk
-from gough import kernel as kernels
-from gough.frames import quaternion_of_abc_np
-from gough.program.reference import Reference
-from gough.simulate import tick
+from gough.kernel.lanes import native_width
+from gough.log.build import plain
 from gough.simulate.provenance import processor
 
+from . import loops, tables
+from .rows import Rows
+from .workers import Workers
+
 ROUNDS = 5
-PERIOD, SUBSTEPS = 1e-3, 4
-LUGRE = gk.load_machine("nist-octahedral")
-STRIBECK = LUGRE.replace(
-    friction={
-        "kind": "stribeck",
-        "coulomb": 300.0,
-        "static": 400.0,
-        "stribeck": 2e-3,
-        "viscous": 930.0,
-        "smoothing": 1e-3,
-    }
-)
-PROGRAM = gk.Circle(radius=0.2, feed=0.05)
+DOCS = Path(__file__).parent.parent / "docs"
+PARTS = ("loops", "rows", "workers", "peers")
 
 
-def closed_loop(machine):
-    """Schedule, parameters, states and reference table of the loop."""
-    law = gk.ComputedTorque(bandwidth=16.0).on(machine, PERIOD)
-    motion = PROGRAM.plan(machine)
-    table = motion.sample(0, 4000, PERIOD)
-    row = Reference(*(column[0] for column in table))
-    u0 = machine.inverse_dynamics(row.x, np.zeros(6), np.zeros(6))
-    state = law.init(row, u0)
-    schedule = tick.build(machine, law, state, row, PERIOD, SUBSTEPS)
-    parameters = {"theta_plant": machine.theta, "theta_law": law.theta, "wrench": np.zeros(6)}
-    z = np.concatenate([row.x[:3], quaternion_of_abc_np(row.x[3:])])
-    states = tick.first_states(schedule, z, state, u0)
-    return schedule, parameters, states, np.concatenate(table, axis=1)
+def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
+    return {name: statistics.median(each[name] for each in rounds) for name in rounds[0]}
 
 
-def rate(kernel, parameters, states, table, runs, ticks):
-    """Simulated seconds (of all runs) a CPU second."""
-    simulation = kernel.start(parameters, states, runs=runs)
-    start = time.process_time()
-    rows = simulation.advance(ticks, {"reference": table[:ticks]})
-    spent = time.process_time() - start
-    assert len(rows) == ticks
-    return runs * ticks * PERIOD / spent
-
-
-def whole(machine):
-    """Simulated seconds a CPU second of gk.simulate(), reference to log."""
-    start = time.process_time()
-    log = gk.simulate(machine, gk.ComputedTorque(bandwidth=16.0), PROGRAM)
-    assert log.dataset.attrs["status"] == "done"
-    return log.info["simulated_time"] / (time.process_time() - start)
-
-
-def main():
-    result = {
-        "processor": processor(),
-        "threads": os.cpu_count(),
-        "version": gk.__version__,
-        "rounds": ROUNDS,
-        "cases": {},
-    }
-    for name, machine in (("without memory", STRIBECK), ("LuGre", LUGRE)):
-        schedule, *start = closed_loop(machine)
+def measure_loops() -> dict:
+    """Per friction: simulated seconds a CPU second, and the ratios."""
+    cases = {}
+    for name, machine in loops.machines().items():
+        loop = loops.Loop(machine)
         begun = time.perf_counter()
-        one = kernels.compile(schedule, lanes=1, cache=False)
+        one = loop.compiled(1, cache=False)
         compiled = time.perf_counter() - begun
-        eight = kernels.compile(schedule, lanes="auto", cache=False)
-        slow = kernels.compile(schedule, native=False)
-        whole(machine)  # fills the caches
-        figures = {"interpreter": [], "one lane": [], "lanes": [], "simulate": []}
+        lanes, slow = loop.compiled("auto", cache=False), loop.compiled(1, native=False)
+        plants = loops.plants_of(machine)
+        loops.single(machine), loops.batch(machine, plants[:1])  # fills the caches
+        rounds = []
         for _ in range(ROUNDS):
-            figures["interpreter"].append(rate(slow, *start, runs=1, ticks=100))
-            figures["one lane"].append(rate(one, *start, runs=1, ticks=4000))
-            figures["lanes"].append(rate(eight, *start, runs=eight.lanes, ticks=4000))
-            figures["simulate"].append(whole(machine))
-        ratio = lambda a, b: statistics.median(x / y for x, y in zip(figures[a], figures[b], strict=True))  # noqa: E731, B023
-        result["cases"][name] = {key: statistics.median(values) for key, values in figures.items()} | {
-            "lanes_width": eight.lanes, "operations": one.operations, "compile_s": compiled,
-            "one lane / interpreter": ratio("one lane", "interpreter"), "lanes / one lane": ratio("lanes", "one lane"),
-        }  # fmt: skip
-    write(result)
+            found = {
+                "interpreter": loop.rate(slow, 1, 100),
+                "one lane": loop.rate(one, 1),
+                "lanes": loop.rate(lanes, lanes.lanes),
+                "simulate": loops.single(machine),
+                "batch": loops.batch(machine, plants),
+            }
+            found["one lane / interpreter"] = found["one lane"] / found["interpreter"]
+            found["lanes / one lane"] = found["lanes"] / found["one lane"]
+            found["batch / simulate"] = found["batch"] / found["simulate"]
+            rounds.append(found)
+        cases[name] = medians(rounds) | {"operations": one.operations, "compile_s": compiled}
+    return {"width": native_width(), "cases": cases}
 
 
-def write(result):
-    lines = [
-        "# Performance", "",
-        "Written by `make bench`.  Simulated seconds a CPU second, one core, medians of "
-        f"{result['rounds']} interleaved rounds; the octahedral hexapod under computed torque,",
-        "1 kHz, RK4 at 0.25 ms.", "",
-        f"Processor: {result['processor']}", "",
-        "| | " + " | ".join(f"friction {name}" for name in result["cases"]) + " |",
-        "|---|" + "---|" * len(result["cases"]),
-    ]  # fmt: skip
-    cases = list(result["cases"].values())
-    for key, label in (
-        ("interpreter", "CasADi's interpreter"), ("one lane", "kernel, one lane"),
-        ("lanes", f"kernel, {cases[0]['lanes_width']} lanes"),
-        ("simulate", "`gk.simulate()`, one run, with reference, contour error and log"),
-        ("one lane / interpreter", "one lane against the interpreter"),
-        ("lanes / one lane", "all lanes against one lane"),
-        ("operations", "operations a sample"), ("compile_s", "compile time of one lane, s"),
-    ):  # fmt: skip
-        cells = [f"{case[key]:.3g}" if isinstance(case[key], float) else f"{case[key]}" for case in cases]
-        lines.append(f"| {label} | " + " | ".join(cells) + " |")
-    text = "\n".join(lines) + "\n"
+def measure_rows() -> dict:
+    rows = Rows()
+    return medians([rows.times() for _ in range(ROUNDS)])
+
+
+def measure_workers() -> dict:
+    with Workers() as workers:
+        return medians([workers.round() for _ in range(ROUNDS)])
+
+
+def measure_peers() -> dict:
+    """What bench/peers.py measures, where its engines are installed."""
+    if importlib.util.find_spec("bench.peers") is None:
+        return {"missing": "there is no bench/peers.py"}
+    try:
+        from . import peers
+
+        found = peers.rows()
+        return {"rows": plain(found), "lines": peers.lines(found)}
+    except ImportError as error:
+        return {"missing": f"{error}; pip install -e '.[dev]'"}
+
+
+def main(parts: list[str]) -> None:
+    wrong = [part for part in parts if part not in PARTS]
+    if wrong:
+        sys.exit(f"bench: no part {wrong[0]}; there is {', '.join(PARTS)}")
+    path = DOCS / "performance.json"
+    old = json.loads(path.read_text()) if parts and path.exists() else {}
+    result = {"processor": processor(), "threads": os.cpu_count(), "version": gk.__version__, "rounds": ROUNDS}
+    if any(old.get(key, value) != value for key, value in result.items()):
+        old = {}  # figures of two machines do not stand in one table
+    measures = {"loops": measure_loops, "rows": measure_rows, "workers": measure_workers, "peers": measure_peers}
+    for part in PARTS:
+        if not parts or part in parts:
+            result[part] = measures[part]()
+        elif part in old:
+            result[part] = old[part]
+    text = tables.page(result)
     print(text)
-    docs = Path(__file__).parent.parent / "docs"
-    (docs / "performance.md").write_text(text)
-    (docs / "performance.json").write_text(json.dumps(result, indent=1) + "\n")
+    (DOCS / "performance.md").write_text(text)
+    path.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

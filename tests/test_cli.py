@@ -48,7 +48,7 @@ def test_the_public_api_is_at_most_thirty_names_and_every_one_is_there():
         gk.simulat  # noqa: B018
 
 
-@pytest.mark.parametrize("verb", ["simulate", "measure", "report"])
+@pytest.mark.parametrize("verb", ["simulate", "measure", "report", "export"])
 def test_a_verb_can_be_called_whoever_imported_its_package_first(verb):
     script = (
         f"import gough.{verb}\nimport gough as gk, inspect\nprint(callable(gk.{verb}), inspect.signature(gk.{verb}))"
@@ -438,6 +438,7 @@ def test_the_new_files_name_every_key_there_is():
     from gough.machine.hexapod_parts import Strut, Tool
     from gough.machine.limits import Workspace
     from gough.mechanics.friction import LuGre, Stribeck
+    from gough.mechanics.load_friction import LoadLuGre, LoadStribeck
     from gough.simulate.plant import Plant
     from gough.simulate.run import Run
 
@@ -449,7 +450,8 @@ def test_the_new_files_name_every_key_there_is():
                 if isinstance(inner, type) and issubclass(inner, Part):
                     yield from names(inner)
 
-    wanted = {n for kind in (Hexapod, Strut, Tool, Workspace, LuGre, Stribeck) for n in names(kind)}
+    laws = (LuGre, Stribeck, LoadLuGre, LoadStribeck)
+    wanted = {n for kind in (Hexapod, Strut, Tool, Workspace, *laws) for n in names(kind)}
     assert {name for name in wanted if name not in cli_new.MACHINE} == set()
     wanted = set(names(Run)) | (set(Plant.model_fields) - {"machine"}) | (set(Controller.model_fields) - {"machine"})
     assert {name for name in wanted if name not in cli_new.EXPERIMENT} == set()

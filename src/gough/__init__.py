@@ -37,12 +37,13 @@ _PUBLIC = {
     "Log": "log",
     "measure": "measure",
     "report": "report",
+    "export": "export",
     "load_experiment": "experiment",
     "GoughError": "errors",
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report")  # packages that are also called: gk.simulate(...), gk.simulate.plant
+_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...), gk.simulate.plant
 
 __all__ = [*_PUBLIC]
 

@@ -3,7 +3,7 @@
 GoughError
   InputError   exit status 2, the input is wrong     UnitError SheetError ExperimentError ProgramError LogError
   RunError     exit status 1, the run failed         KinematicsError WorkspaceError SingularityError DivergedError
-                                                     StorageError
+                                                     FollowingError StorageError
 """
 
 from __future__ import annotations
@@ -114,6 +114,10 @@ class WorkspaceError(RunError):
 
 class SingularityError(RunError):
     """The joints lose or gain a freedom here."""
+
+
+class FollowingError(RunError):
+    """A joint was too far from where it should be: the trip has switched the drives off."""
 
 
 class DivergedError(RunError):

@@ -87,6 +87,17 @@ def quaternion_of_abc(abc):
     return quaternion_product(about(2, abc[2]), quaternion_product(about(1, abc[1]), about(0, abc[0])))
 
 
+def abc_of_rotation(R):
+    """a b c of a rotation (3, 3), b in [-pi/2, pi/2], c = 0 where b = +-pi/2.  (3,) rad."""
+    level = ca.sqrt(R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0])
+    steep = level <= 1e-12
+    return ca.vertcat(
+        ca.if_else(steep, ca.atan2(-R[1, 2], R[1, 1]), ca.atan2(R[2, 1], R[2, 2])),
+        ca.atan2(-R[2, 0], level),
+        ca.if_else(steep, 0, ca.atan2(R[1, 0], R[0, 0])),
+    )
+
+
 def conjugate(quat):
     """The inverse rotation.  (4,)."""
     return ca.vertcat(quat[0], -quat[1], -quat[2], -quat[3])

@@ -100,7 +100,9 @@ def test_p4_a_delay_is_none_or_one_sample(okuma):
 
 def test_an_unknown_friction_law_is_named_with_those_there_are(okuma):
     assert wrong(okuma, friction__kind="lugree") == ["friction.kind: no such kind 'lugree'; did you mean lugre?"]
-    assert wrong(okuma, friction={"coulomb": "90 N"}) == ["friction.kind: is missing; there is stribeck, lugre"]
+    assert wrong(okuma, friction={"coulomb": "90 N"}) == [
+        "friction.kind: is missing; there is stribeck, lugre, load_stribeck, load_lugre"
+    ]
 
 
 def test_every_mistake_of_a_sheet_is_found_at_once(okuma):
@@ -167,10 +169,11 @@ def test_axes_of_the_joints_are_unit_vectors_across_their_struts(okuma):
 
 
 def test_axial_inertia_without_a_base_axis_is_refused(okuma):
-    (text,) = wrong(okuma, joints__base_axis=None)
-    assert text.startswith(
-        "axial inertia of the struts needs joints.base_axis, which fixes their spin; give joints.base_axis"
-    )
+    assert wrong(okuma, joints__base_axis=None) == [
+        f"strut.{part}.axial: needs joints.base_axis, which fixes the spin of the struts; "
+        f"give joints.base_axis or leave strut.{part}.axial out"
+        for part in ("moving", "fixed")
+    ]
 
 
 def test_home_is_a_table_of_one_pose(okuma):

@@ -8,6 +8,7 @@ import pytest
 
 from gough.errors import InputError
 from gough.kernel import Schedule, Signal, Task, compile
+from gough.kernel.noise import run_key
 
 from .examples import pendulum, reference
 
@@ -317,3 +318,20 @@ def test_an_exact_function_and_a_fused_one_share_a_kernel():
     at = kernel.columns
     assert np.array_equal(rows[1][:, at["y"]], rows[8][:, at["y"]])
     np.testing.assert_allclose(rows[8][:, at["z"]], rows[1][:, at["z"]], rtol=1e-12, atol=1e-15)
+
+
+def test_keys_give_runs_the_noise_of_any_seed_and_number():
+    """A batch put together in any order: run i of seed 5, and run 0 of seed 9, in one group."""
+    kernel = compile(pendulum(), lanes=4)
+
+    def rows(**options):
+        simulation = kernel.start({"p": GAINS[0]}, {"x": (0.1, 0.0)}, **options)
+        return simulation.advance(50, {"r": reference(50)["r"]})
+
+    keys = [run_key(5, 2), run_key(9, 0), run_key(5, 0)]
+    mixed = rows(runs=3, keys=keys)
+    assert np.array_equal(mixed[:, 0], rows(runs=3, seed=5)[:, 2])
+    assert np.array_equal(mixed[:, 1], rows(seed=9)[:, 0])
+    assert np.array_equal(mixed[:, 2], rows(seed=5)[:, 0])
+    with pytest.raises(InputError, match="3 keys of the noise are needed, got 2"):
+        rows(runs=3, keys=keys[:2])

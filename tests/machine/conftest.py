@@ -25,6 +25,12 @@ def oracle(machine):
     return _oracles(machine.name)
 
 
+@pytest.fixture(params=["nist-octahedral", "okuma-pm600", "general"])
+def slender_machine(request):
+    """Machines whose strut parts are slender bodies."""
+    return _made(request.param)
+
+
 @pytest.fixture(params=["nist-octahedral", "okuma-pm600"])
 def library_machine(request):
     return _made(request.param)

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gough.frames import abc_of_rotation_np, rotation_of_abc_np
+from gough.mechanics.friction import Stribeck
 from oracle.machines import elementary
 
 # Rounding: forces are sums of some 100 products, solved with J of condition below 100 (limits.condition), so a relative
@@ -136,6 +137,7 @@ def test_regressor_of_one_machine_predicts_another_of_the_same_geometry(okuma):
 
 
 def test_regressor_with_friction_adds_coulomb_and_viscous_forces(nist):
+    nist = nist.replace(friction=Stribeck(coulomb=300.0, viscous=930.0))
     rng = np.random.default_rng(2)
     V, Vd = rng.normal(size=(20, 6)), rng.normal(size=(20, 6))
     x = np.broadcast_to(nist.home, V.shape)
@@ -144,6 +146,14 @@ def test_regressor_with_friction_adds_coulomb_and_viscous_forces(nist):
     assert Y.shape == (20, 6, len(pi.names))
     added = Y @ pi.values - nist.inverse_dynamics(x, V, Vd)
     assert_allclose(added, 300 * np.sign(qd) + 930 * qd, atol=1e-8)  # forces of 1e4 N, to 1e-12 relative
+
+
+def test_regressor_with_friction_has_what_no_load_scales(nist):
+    """CONTRACT.md 1: friction that scales with normal forces is not linear, so the coefficients are not in it."""
+    pi = nist.parameters_of(friction=True)
+    found = dict(zip(pi.names, pi.values, strict=True))
+    assert [found[f"friction.coulomb[{i}]"] for i in range(6)] == [0] * 6
+    assert [found[f"friction.viscous[{i}]"] for i in range(6)] == [94] * 6
 
 
 def test_parameters_are_named_with_units_and_hold_the_steiner_moments(nist):
@@ -157,9 +167,9 @@ def test_parameters_are_named_with_units_and_hold_the_steiner_moments(nist):
 # -- limit cases ------------------------------------------------------------------------------------------------------
 
 
-def test_rest_forces_carry_the_weight_of_platform_and_struts(machine):
+def test_rest_forces_carry_the_weight_of_platform_and_struts(slender_machine):
     """Force on the platform along the struts, and the part of each strut's weight that its base joint does not take."""
-    rng = np.random.default_rng(3)
+    machine, rng = slender_machine, np.random.default_rng(3)
     for x in machine.home + rng.normal(size=(20, 6)) * 0.02:
         u = machine.inverse_dynamics(x, np.zeros(6), np.zeros(6))
         q, J = machine.inverse_kinematics(x), machine.jacobian(x)
@@ -175,7 +185,9 @@ def test_rest_forces_carry_the_weight_of_platform_and_struts(machine):
 
 def massless(m):
     """The machine with struts and drives without inertia, and without gravity: a free body under six forces."""
-    return m.replace(strut=None, gravity=[0.0, 0.0, 0.0], **{"drive.inertia": None})
+    return m.replace(
+        strut=None, friction=None, gravity=[0.0, 0.0, 0.0], **{"drive.inertia": None, "joints.cross": None}
+    )
 
 
 def test_free_platform_keeps_its_momentum(machine):

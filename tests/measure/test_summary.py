@@ -102,6 +102,7 @@ def test_a_nan_is_told_as_none_and_never_as_a_number():
 
 
 class FakeLog(dict):
+    batch = False
     info: dict = {}
     metrics: dict = {}
 

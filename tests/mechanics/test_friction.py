@@ -179,7 +179,8 @@ def test_a_strut_stopping_from_1_m_s_is_right_to_half_a_micron_at_a_quarter_mill
     """nist-octahedral: moving tube and reflected screw, 351 kg; the answer is that of steps of 1 us."""
     m = load_machine("nist-octahedral")
     mass = m.strut.moving.mass + m.drive.inertia * (2 * np.pi / m.drive.lead) ** 2
-    fine, coarse = (stopping(m.friction, mass, h, 0.6) for h in (1e-6, 2.5e-4))
+    p = LuGre(**STRIBECK, **BRISTLES)
+    fine, coarse = (stopping(p, mass, h, 0.6) for h in (1e-6, 2.5e-4))
     assert np.abs(coarse[:, 0] - fine[249::250, 0]).max() < 0.5e-6
     assert np.abs(coarse[-1, 1]) < 1e-9 and coarse[-1, 0] > 0.15, "it has stopped, after a way"
 

@@ -1,6 +1,7 @@
 """Lagrange's equations of a 6-UPS machine: slow, obviously right, and derived from energies alone.
 
-Generalised coordinates y = (x, y, z, a, b, c) of the tool T.  Thirteen rigid bodies: the platform and two a strut.
+Generalised coordinates y = (x, y, z, a, b, c) of the tool T.  Nineteen rigid bodies: the platform, two a strut, and
+the cross of each base joint.
 The base joint of a strut is a universal joint with two angles: alpha about its axis fixed in the base, beta about the
 second axis of the cross; both follow from y, and with them the whole rotation of the strut, spin included.  Every
 velocity is a derivative of a position or of a rotation matrix along y', every force a derivative of L = T - U:
@@ -120,9 +121,16 @@ def oracle(machine, spring: float = 0.0, spring_length=0.0) -> Oracle:
         n = R_WS[:, 2]
         moving, fixed = machine.strut.moving, machine.strut.fixed
         for part, middle in ((moving, B - moving.center * n), (fixed, A + fixed.center * n)):
-            I = ca.diag(ca.DM([part.transverse, part.transverse, part.axial or 0.0]))
+            if part.inertia is None:
+                I = ca.diag(ca.DM([part.transverse, part.transverse, part.axial or 0.0]))
+            else:
+                I = ca.DM(part.inertia)
+            if part.offset is not None:
+                middle = middle + R_WS[:, 0] * part.offset[0] + R_WS[:, 1] * part.offset[1]
             T += kinetic(part.mass, middle, I, R_WS)
             U -= part.mass * ca.dot(gravity, middle)
+        if machine.joints.cross is not None:  # it turns by alpha alone, about the axis fixed in the base
+            T += kinetic(0.0, A, ca.diag(ca.DM([machine.joints.cross, 0.0, 0.0])), R_WU @ rotation(0, alpha))
 
     lengths = ca.vertcat(*lengths)
     V = ca.vertcat(yd[:3], axial(along(R_WT) @ R_WT.T))

@@ -42,8 +42,32 @@ def general():
     )  # fmt: skip
 
 
+def full(name: str, seed: int):
+    """A machine of this name whose struts are any bodies: off their axes, with full inertias, crosses, guides.
+
+    The full inertia is that of a body spread over three random points about the sheet's slender one, so it is one that
+    a distribution of mass has.
+    """
+    m, rng = (general() if name == "general" else load_machine(name)), np.random.default_rng(seed)
+    parts = {}
+    for key in ("moving", "fixed"):
+        part = getattr(m.strut, key)
+        points = rng.normal(size=(3, 3)) * 0.2
+        points -= points.mean(0)
+        spread = sum(part.mass / 3 * (r @ r * np.eye(3) - np.outer(r, r)) for r in points)
+        axial = min(part.axial or 0.1, 1.9 * part.transverse)  # more has no body
+        inertia = spread + np.diag([part.transverse, part.transverse, axial])
+        parts[key] = StrutPart(mass=part.mass, center=part.center, offset=rng.normal(size=2) * 0.05, inertia=inertia)
+    longest = m.limits.length[1]
+    strut = Strut(**parts, sleeve=0.53 * longest, tube=0.55 * longest)
+    return m.replace(name=f"full-{name}", strut=strut, **{"joints.cross": 0.7, "gravity": m.gravity + [0.5, -1.0, 0.3]})
+
+
 MACHINES = {
     "nist-octahedral": lambda: load_machine("nist-octahedral"),
     "okuma-pm600": lambda: load_machine("okuma-pm600"),
     "general": general,
+    "full-nist-octahedral": lambda: full("nist-octahedral", 1),
+    "full-okuma-pm600": lambda: full("okuma-pm600", 2),
+    "full-general": lambda: full("general", 3),
 }

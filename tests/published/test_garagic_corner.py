@@ -20,7 +20,7 @@ def test_the_corner_error_is_the_published_350_um(friction):
     machine = machine if friction else machine.replace(friction=None)
     log = gk.simulate(machine, gk.ComputedTorque(poles=[100.0, 100.0, 200.0]), CORNER, period=2.5e-4)
     error = gk.measure(log).contour_error
-    # 3 %: friction is constant here and grows with the load in the paper; the corner falls between two samples
+    # 3 %: the corner falls between two samples, and friction moves it by 2 um
     assert error["max"] == pytest.approx(350e-6, rel=0.03)
     # and the torque it takes: MACHINES.md gives 270 to 430 N m by the phase between corner and sample
     torque = np.abs(log["u"]).max() * machine.drive.lead / (2 * np.pi)

@@ -147,5 +147,5 @@ def test_no_log_and_a_batch_of_runs_are_refused():
     with pytest.raises(LogError, match="no log"):
         prepare.as_logs([])
     batch = Log.build(np.arange(2.0), {"lag": np.zeros((2, 3))}, task=(), joints=0, info={}, runs=3)
-    with pytest.raises(LogError, match="isel"):
+    with pytest.raises(LogError, match=r"log\.run\(0\)"):
         prepare.as_logs(batch)

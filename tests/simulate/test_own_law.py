@@ -68,6 +68,25 @@ def test_two_plain_laws_keep_their_own_numbers():
     assert not np.array_equal(*runs)
 
 
+def test_a_batch_under_a_plain_law_is_its_single_runs_and_takes_one_law_only():
+    """A step in plain NumPy may read its own numbers, which are those of one object."""
+    machine = gk.load_machine("nist-octahedral").replace(friction=None)
+    short, law = gk.Line(to=[0.001, 0, 0], feed=0.1, settle=0.02), PlainSprings(stiffness=4e6, damping=8e4)
+    plants = [gk.Plant(machine=machine, payload=mass) for mass in (10.0, 20.0)]
+    with pytest.warns(KernelWarning):
+        runs = gk.simulate(machine, law, short, plant=plants)
+        alone = [gk.simulate(machine, law, short, plant=plant) for plant in plants]
+    for i in range(2):
+        np.testing.assert_array_equal(runs.run(i)["x"], alone[i]["x"])
+    other = PlainSprings(stiffness=2e6, damping=8e4)
+    with pytest.raises(gk.InputError, match=r"^controller: .* must be symbolic: .* plain NumPy, got PlainSprings"):
+        gk.simulate(machine, [law, other], short)
+    springs = [Springs(stiffness=k, damping=8e4) for k in (4e6, 2e6)]
+    runs = gk.simulate(machine, springs, short, lanes=1)
+    for i in range(2):
+        np.testing.assert_array_equal(runs.run(i)["x"], gk.simulate(machine, springs[i], short)["x"])
+
+
 class Nothing(NamedTuple):
     """A law that remembers nothing."""
 

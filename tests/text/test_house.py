@@ -30,7 +30,7 @@ FLOORS = [
     {"measure"},
     {"log"},
     {"simulate"},
-    {"report"},
+    {"report", "export"},
     {"experiment"},
     {"cli"},
 ]

@@ -3,10 +3,11 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
+    gough export M       a machine for another program
     gough machines, show, new
 
 Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-check, show, new; they are imported when they are called, so that `gough --help` stays quick.
+check, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
 """
 
 from __future__ import annotations
@@ -154,6 +155,31 @@ def show(
         show_anything(what, outcome)
 
     return finish("show", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def export(
+    what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    target: Annotated[str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio.")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
+    loops: Annotated[
+        str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
+    ] = "default",
+    timestep: Annotated[
+        str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """Write a machine as the file of another program."""
+
+    def work(outcome: Outcome) -> None:
+        from .export import export_file
+
+        export_file(what, target, loops, timestep, out, force, outcome)
+
+    return finish("export", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")

@@ -42,16 +42,29 @@ platform = { unit = "m", value = [ # strut 1 to 6 at the platform, in T
     [0.0930, -0.1994, 0.25],
 ] }
 # base_axis = { unit = "1", value = [[1, 0, 0], ...] }          # axis of each universal joint that is fixed in the base
+# cross = "0.02 kg m2"           # inertia of the cross of each base joint about that axis
+
+# [joints.friction]              # of the joints at both ends of each strut; needs joints.base_axis
+# coefficient     = 0.01         # torque: coefficient x radius x force in the joint
+# platform_radius = "40 mm"      # of the balls
+# base_radius     = "40 mm"      # of the bearings
+# smoothing       = "1e-3 rad/s" # rate below which it fades
 
 # [tool]                         # if joints and platform are measured in a frame P of the platform instead of T
 # position = { unit = "m", value = [0, 0, -0.25] }             # tool tip, in P
 # angles   = ["0 deg", "0 deg", "0 deg"]                       # a b c of R_PT
+
+# [strut]                        # the guide, for friction that grows with the load
+# sleeve = "0.60 m"              # mouth of the sleeve, from the base joint
+# tube   = "0.65 m"              # end of the moving tube, from the platform joint
 
 [strut.moving]                   # the part of each strut that hangs on the platform joint; leave out: no mass
 mass       = "15 kg"
 center     = "0.30 m"            # from the platform joint, along the strut
 transverse = "0.6 kg m2"         # inertia across the strut, about its centre of mass
 # axial    = "0.01 kg m2"        # about the strut's axis; needs joints.base_axis
+# offset   = { unit = "m", value = [0, 0] }    # centre of mass off the axis: x, y of the strut, its y is n x base_axis
+# inertia  = { unit = "kg m2", value = [[0.6, 0, 0], [0, 0.6, 0], [0, 0, 0.01]] }  # in place of transverse and axial
 
 [strut.fixed]                    # the part that hangs on the base joint
 mass       = "35 kg"
@@ -75,6 +88,10 @@ viscous = "300 N s/m"
 # smoothing = "1 mm/s"           # speed below which friction fades, for "stribeck"
 # stiffness = "1e8 N/m"          # for "lugre"
 # damping   = "1e5 N s/m"        # for "lugre"
+#     or, in proportion to the normal force between the tubes: "load_stribeck" and "load_lugre", where coulomb, static
+#     and viscous ("0.5 s/m") are coefficients of that force, beside what remains without it:
+# coulomb_offset = "20 N"
+# viscous_offset = "90 N s/m"
 
 [limits]
 length    = ["0.70 m", "1.15 m"] # shortest and longest strut, joint to joint
@@ -116,6 +133,8 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
+# faults  = [{ kind = "glitch", joint = 3, start = "2 s", duration = "2 ms", size = "10 um" }]  # of encoders; also
+#                                                      "stuck" and "dropout", which have no size
 
 [program]                        # an NC program ...
 # file   = "part.ngc"            # relative to this file; or the name of a shipped piece, "cone-frustum"
@@ -149,6 +168,8 @@ seed      = 0                    # of the encoder's noise
 # substeps  = 4                  # steps of the plant a period; else chosen from its fastest pole
 # log_every = 1                  # rows of the log: one of so many samples; metrics use all
 # signals   = ["x", "x_r", "contour_error", "line"]            # variables of the log; else all
+# ferror     = "1 mm"            # following error that ends the run; with min_ferror at the joints' greatest speed
+# min_ferror = "0.2 mm"          # the same at rest; needs the machine's limits.speed
 """
 
 TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT}

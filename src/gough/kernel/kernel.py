@@ -46,13 +46,16 @@ class Kernel:
         once += count.get(self.schedule.limits.name, 0) if self.schedule.limits else 0
         return once + self.schedule.substeps * sum(count.get(t.name, 0) for t in self.schedule.substep)
 
-    def start(self, parameters=None, states=None, seed: int = 0, runs: int = 1, first_run: int = 0) -> Simulation:
+    def start(
+        self, parameters=None, states=None, seed: int = 0, runs: int = 1, first_run: int = 0, keys=None
+    ) -> Simulation:
         """A simulation at tick 0.  Each parameter and state is (size,), or (runs, size) for values of their own.
 
         `first_run` is the number of the first run as the noise counts them: a batch in parts gives the same bits as
-        in one. InputError for missing, unknown or misshapen values, NaN, and states that are not finite.
+        in one.  `keys` gives each run its key (`noise.run_key`) instead.  InputError for missing, unknown or misshapen
+        values, NaN, and states that are not finite.
         """
-        return Simulation(self, parameters, states, seed, runs, first_run)
+        return Simulation(self, parameters, states, seed, runs, first_run, keys)
 
 
 def compile(schedule: Schedule, lanes: int | str = 1, cache: bool = True, native: bool | str = "auto") -> Kernel:

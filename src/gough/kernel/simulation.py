@@ -32,7 +32,7 @@ class Stop:
 class Simulation:
     """Runs side by side, W in a group; made by Kernel.start.  `tick` is the next tick to be simulated."""
 
-    def __init__(self, kernel, parameters, states, seed: int, runs: int, first_run: int):
+    def __init__(self, kernel, parameters, states, seed: int, runs: int, first_run: int, keys=None):
         if not isinstance(runs, (int, np.integer)) or runs < 1:
             raise InputError("the number of runs must be 1, 2, 3 ...", value=repr(runs))
         layout, width = kernel.layout, kernel.lanes
@@ -46,10 +46,14 @@ class Simulation:
         self._fill("state", states or {}, lambda x: ~np.isfinite(x), "must be finite")
         self._kept = _aligned((self._groups, layout.states.stop - layout.states.start, width))
         self._kept[:] = self._ws[:, layout.states]
+        if keys is None:
+            keys = [noise.run_key(seed, first_run + run) for run in range(self.runs)]
+        elif len(keys) != self.runs:
+            raise InputError(f"{self.runs} keys of the noise are needed", value=str(len(keys)))
         # what fills the last group is a copy of the last run that nobody asks for: it is never alive
         for run in range(self._groups * width):
             group, lane = divmod(run, width)
-            key = noise.run_key(seed, first_run + min(run, self.runs - 1))
+            key = keys[min(run, self.runs - 1)]
             self._words[group, :2, lane] = -(run < self.runs), np.uint64(key).astype(np.int64)
 
     @property

@@ -21,11 +21,13 @@ import numpy as np
 import xarray as xr
 
 from ..errors import LogError, did_you_mean
+from ..measure.tree import columns, told
 
 if TYPE_CHECKING:
     from .log import Log
 
 SCHEMA = "gough-log-1"
+PREFIX = "metrics."  # of the variables of a batch that hold metrics
 DIMENSIONS = ("t", "joint", "task", "twist", "wrench_axis", "run")
 OWNERS = ("controller", "observer", "plant")
 
@@ -77,6 +79,8 @@ class LogBuilder:
     task : names and units of the task coordinates, as `machine.task`.
     joints : number of joints.
     runs : number of runs of a batch; arrays are then (n, runs, ...), else (n, ...).
+
+    What is the same in all runs of a batch is given once, `add(..., shared=True)`, and has no axis of the runs.
     """
 
     def __init__(self, t: Any, task: Sequence[tuple[str, str]], joints: int, runs: int | None = None):
@@ -89,9 +93,15 @@ class LogBuilder:
             raise LogError("t must be one column of times", key="t", value=f"shape {self.t.shape}")
 
     def add(
-        self, name: str, values: Any, dims: Sequence[str] | None = None, units: str = "", long_name: str = ""
+        self,
+        name: str,
+        values: Any,
+        dims: Sequence[str] | None = None,
+        units: str = "",
+        long_name: str = "",
+        shared: bool = False,
     ) -> None:
-        """Give a variable its values, (n, ...) or (n, runs, ...).
+        """Give a variable its values, (n, ...) or (n, runs, ...); in a batch (n, ...) where `shared`.
 
         `dims` (behind t and run), `units` and `long_name` are for states; variables of the table have theirs.
 
@@ -102,9 +112,9 @@ class LogBuilder:
         """
         values = np.asarray(values)
         known = VARIABLES.get(name)
+        lead = (len(self.t),) if self.runs is None or shared else (len(self.t), self.runs)
         if known is None:
-            known = self._state(name, values, dims, units, long_name)
-        lead = (len(self.t),) if self.runs is None else (len(self.t), self.runs)
+            known = self._state(name, values.shape[len(lead) :], dims, units, long_name)
         shape = lead + tuple(self.sizes[dim] for dim in known.dims)
         if values.shape != shape:
             raise LogError("the shape is wrong", key=name, value=str(values.shape), limit=str(shape))
@@ -112,8 +122,17 @@ class LogBuilder:
             raise LogError("a variable of whole numbers must be finite", key=name, value="nan or inf")
         attrs = {"units": self._units(known.units), "long_name": known.long_name}
         attrs |= self._components(known)
-        dims_all = ("t",) + (("run",) if self.runs is not None else ()) + known.dims
-        self.variables[name] = (dims_all, values.astype(known.dtype), attrs)
+        dims_all = ("t", "run")[: len(lead)] + known.dims
+        self.variables[name] = (dims_all, values.astype(known.dtype, copy=False), attrs)
+
+    def add_runs(self, metrics: Sequence[Mapping[str, Any]], failed: Any) -> None:
+        """Give a batch what each run came to: `failed` (runs,), and metrics as variables "metrics.<name>" (run,)."""
+        for name, values in columns(metrics).items():
+            unit, meaning = told(name)
+            self.variables[f"{PREFIX}{name}"] = (("run",), values, {"units": unit, "long_name": meaning})
+        self.variables["failed"] = (
+            ("run",), np.asarray(failed, "i1"), {"units": "1", "long_name": "whether the run failed"},
+        )  # fmt: skip
 
     def build(self, info: Mapping[str, Any], status: str = "done", reason: str = "") -> Log:
         """The Log.  `info` becomes the JSON attribute "gough" (numbers that are not finite become null).
@@ -136,7 +155,7 @@ class LogBuilder:
         attrs = {"status": status, "reason": reason, "schema": SCHEMA, "gough": text}
         return Log(xr.Dataset(self.variables, coords={"t": time}, attrs=attrs))
 
-    def _state(self, name: str, values: np.ndarray, dims: Sequence[str] | None, units: str, long_name: str) -> Variable:
+    def _state(self, name: str, size: tuple, dims: Sequence[str] | None, units: str, long_name: str) -> Variable:
         match = _STATE.fullmatch(name)
         if not match:
             raise LogError(
@@ -145,7 +164,6 @@ class LogBuilder:
                 cure=f"{did_you_mean(name, VARIABLES)} States are named owner.name, "
                 f"the owner one of {', '.join(OWNERS)}",
             )
-        size = values.shape[1 if self.runs is None else 2 :]
         if dims is None:
             dims = tuple(self._dimension(name, i, n) for i, n in enumerate(size))
         for dim, n in zip(dims, size, strict=False):

@@ -22,8 +22,11 @@ _CHUNK = 4096  # rows of CSV in memory at a time
 def columns(log: Log) -> list[tuple[str, str, np.ndarray]]:
     """(name, unit, values (n,)) of every scalar column: "x.a" in rad, "u.3", "controller.integral.1"; t comes first.
 
-    Entries are numbered from 1; task coordinates go by their names.
+    Entries are numbered from 1; task coordinates go by their names.  Of a batch the rows of its runs follow one
+    another, and the first column is the number of the run, from 0; without rows a row is a run and its metrics.
     """
+    if log.batch:
+        return _columns_of_runs(log)
     out = [("t", "s", log.t)]
     for name in log:
         array = log.dataset[name].transpose("t", ...)
@@ -36,6 +39,19 @@ def columns(log: Log) -> list[tuple[str, str, np.ndarray]]:
                 entry[-1], unit = names[index[-1]], units[index[-1]]
             out.append((".".join([name, *entry]), unit, flat[:, i]))
     return out
+
+
+def _columns_of_runs(log: Log) -> list[tuple[str, str, np.ndarray]]:
+    count = log.dataset.sizes["run"]
+    if not len(log):
+        numbers = [(name, log.units(name), log[name]) for name in log if log.dataset[name].dims == ("run",)]
+        return [("run", "1", np.arange(count)), *numbers]
+    tables = [columns(log.run(i)) for i in range(count)]
+    run = np.repeat(np.arange(count), [len(table[0][2]) for table in tables])
+    joined = [
+        (name, unit, np.concatenate([table[k][2] for table in tables])) for k, (name, unit, _) in enumerate(tables[0])
+    ]
+    return [("run", "1", run), *joined]
 
 
 def to_csv(log: Log, path: str | Path) -> Path:
@@ -59,7 +75,7 @@ def to_csv(log: Log, path: str | Path) -> Path:
         with temporary.open("w", newline="", encoding="utf-8") as file:
             file.write(note + "\n")
             csv.writer(file, lineterminator="\n").writerow([cell(f"{name} [{unit}]") for name, unit, _ in table])
-            for start in range(0, len(log), _CHUNK):
+            for start in range(0, len(table[0][2]), _CHUNK):
                 texts = [map(repr, values[start : start + _CHUNK].tolist()) for _, _, values in table]
                 file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
 
@@ -90,7 +106,7 @@ def to_mat(log: Log, path: str | Path) -> Path:
         key = name.replace(".", "_")
         if key in content or len(key) > 63:  # 63: the longest name of MATLAB
             raise LogError("has no name of its own in a MATLAB file", key=name, cure="leave it out of the dataset")
-        content[key] = log[name]
+        content[key] = log[name]  # of a batch (n, runs, ...), or (runs,)
         units[key] = log.units(name)
         meanings[key] = str(log.dataset[name].attrs.get("long_name", ""))
     content |= {"units": units, "long_name": meanings, "status": log.status, "reason": log.reason}

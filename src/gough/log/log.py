@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import LogError, did_you_mean
-from . import export, file, text
+from . import batch, export, file, text
 from .build import DIMENSIONS, LogBuilder
 
 
@@ -106,8 +106,31 @@ class Log:
 
     @property
     def metrics(self) -> dict[str, Any]:
-        """The numbers of the run over every sample, SI; empty if the log was made without."""
-        return self.info.get("metrics") or {}
+        """The numbers of the run over every sample, SI; empty if the log was made without.
+
+        Of a batch, each is an array (runs,), NaN where nothing was measured.
+        """
+        return batch.metrics(self.dataset) if self.batch else self.info.get("metrics") or {}
+
+    @property
+    def batch(self) -> bool:
+        """Whether the log holds several runs, the dimension `run`."""
+        return "run" in self.dataset.dims
+
+    @property
+    def runs(self) -> list[dict[str, Any]]:
+        """Of a batch, what is known of each run: label, status, reason, seed, what differs.  Empty of one run."""
+        return self.info.get("runs") or []
+
+    def run(self, which: int | str) -> Log:
+        """The Log of one run of a batch, by number from 0 or by label: up to its end, with its own metrics and status.
+
+        Raises
+        ------
+        LogError
+            there is no such run, or the log is no batch.
+        """
+        return batch.one(self, which)
 
     @property
     def status(self) -> str:

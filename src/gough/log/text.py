@@ -36,6 +36,8 @@ def text(log: Log) -> str:
     lines += [f"  {name:<17} {size:<6} {units:<12} {span}" for name, size, units, span in _ranges(log)]
     lines += [f"  {line}" for line in _contour(log)]
     more = len(log.dataset.data_vars) - len(_ranges(log))
+    if log.batch:
+        lines.append("  one run: log.run(0); every run in numbers: gk.measure(log)")
     if more > 0:
         lines.append(f"  and {more} more variables: log.dataset")
     return "\n".join(lines)
@@ -59,12 +61,13 @@ def _extent(log: Log) -> str:
     n, t = len(log), log.t
     rows = f"{n} rows" if n != 1 else "1 row"
     period = _period(log.info.get("run"))
-    samples = log.metrics.get("samples")
+    samples = None if log.batch else log.metrics.get("samples")
     out = f"{t[-1] - t[0]:.4g} s" if n else "0 s"
     if period:
         out += f" at {1 / period:.6g} Hz"
-    if "run" in log.dataset.dims:
-        out += f", {log.dataset.sizes['run']} runs"
+    if log.batch:
+        runs = f"{log.dataset.sizes['run']} runs"
+        return f"{runs}, {out}, {rows} kept" if n else f"{runs}, metrics only"
     if samples is not None and samples != n:
         return f"{out}, {samples} samples, {rows} kept"
     return f"{out}, {n} sample" + ("" if n == 1 else "s")
@@ -78,6 +81,8 @@ def _ranges(log: Log) -> list[tuple[str, str, str, str]]:
         array = log.dataset[name]
         size = f"({', '.join(str(n) for n in array.shape[1:])})" if array.ndim > 2 else ""
         size = f"({array.shape[1]},)" if array.ndim == 2 else size
+        if log.batch and not len(log):
+            continue
         out.append((name, size, str(array.attrs.get("units", "1")), span(array.values)))
     return out
 
@@ -95,6 +100,8 @@ def span(values: np.ndarray) -> str:
 
 
 def _contour(log: Log) -> list[str]:
+    if log.batch:
+        return _contours(log)
     found = contour(log)
     if not found:
         return []
@@ -107,14 +114,35 @@ def _contour(log: Log) -> list[str]:
     return [out]
 
 
+def _contours(log: Log) -> list[str]:
+    """The contour errors of a batch: their span over the runs, and the worst run."""
+    known = log.metrics.get("contour_error") or {}
+    spans = []
+    for key in ("rms", "max"):
+        values = np.asarray(known.get(key, ()), float)
+        if np.isfinite(values).any():
+            spans.append(f"{key} {show(np.nanmin(values), 'm', 3)} ... {show(np.nanmax(values), 'm', 3)}")
+    if not spans:
+        return []
+    largest = known.get("max", known["rms"])
+    worst = int(np.nanargmax(largest))
+    name = str(log.runs[worst].get("label", worst)) if worst < len(log.runs) else str(worst)
+    return ["contour error   " + "   ".join(spans) + f", largest in run {name}"]
+
+
 def contour(log: Log) -> dict[str, float]:
-    """rms, max, at, line of the contour error: from the metrics, else from the counted rows.  Empty if unknown."""
+    """rms, max, at, line of the contour error: from the metrics, else from the counted rows.  Empty if unknown.
+
+    Of a batch it is empty: each run has its own.
+    """
+    if log.batch:
+        return {}
     known = log.metrics.get("contour_error")
     if isinstance(known, dict):
         if not isinstance(known.get("max"), int | float):
             return {}
         return {key: known[key] for key in ("rms", "max", "at", "line") if isinstance(known.get(key), int | float)}
-    if "contour_error" not in log or not len(log) or "run" in log.dataset.dims:
+    if "contour_error" not in log or not len(log):
         return {}
     error, t = log["contour_error"], log.t
     counted = log["counted"].astype(bool) if "counted" in log else np.ones(len(t), bool)

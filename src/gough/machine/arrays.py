@@ -11,11 +11,13 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
+from .. import frames
 from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
 from ..kernel.rows import compile_rows
-from ..mechanics.linear import solve_spd, solve_square_transposed
+from ..mechanics.linear import solve_spd, solve_square, solve_square_transposed
 from ..quantities import brief
+from . import workspace
 
 
 class Arrays:
@@ -24,6 +26,7 @@ class Arrays:
     def __init__(self, machine):
         self.machine = machine
         self.shape = Shape(machine)
+        self.theta = machine.theta
 
     def run(self, name: str, *columns) -> list[np.ndarray]:
         """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes."""
@@ -33,19 +36,23 @@ class Arrays:
         except ValueError:
             shapes = ", ".join(str(a.shape) for a in arrays)
             raise ExperimentError("the leading axes do not fit together", value=shapes) from None
-        rows = [np.ascontiguousarray(np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1])) for a in arrays]
-        out = _compiled(name, self.shape)(self.machine.theta, *rows)
+        # one row serves all rows as it is; what has leading axes of its own is spread over those of the others
+        rows = [a if a.ndim == 1 else np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1]) for a in arrays]
+        out = _compiled(name, self.shape)(self.theta, *rows)
         if name not in _UNCHECKED:
             _check_finite(name, out, lead)
         return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
 
 
-_UNCHECKED = ("newton", "margins")  # whoever asks for these looks at every row itself
+_BLOCK = 1 << 16  # numbers looked at together
+_UNCHECKED = ("newton", "landing", "margins", "workspace")  # whoever asks for these looks at every row itself
 
 
 def _check_finite(name: str, out: list[np.ndarray], lead: tuple[int, ...]) -> None:
     """Refuse an answer that is not a number: two joints in one place, numbers beyond any machine."""
     for piece in out:
+        if _all_finite(piece):
+            continue
         bad = np.flatnonzero(~np.isfinite(piece).all(-1))
         if len(bad):
             index = [int(i) for i in np.unravel_index(bad[0], lead)]
@@ -55,6 +62,12 @@ def _check_finite(name: str, out: list[np.ndarray], lead: tuple[int, ...]) -> No
                 value=str(piece[bad[0]].tolist()),
                 cure="check the pose: a strut of no length, or numbers beyond any machine",
             )
+
+
+def _all_finite(array: np.ndarray) -> bool:
+    """Whether all numbers are, a block at a time: a million rows need no array of conditions."""
+    flat = array.reshape(-1)
+    return all(np.isfinite(flat[k : k + _BLOCK]).all() for k in range(0, flat.size, _BLOCK))
 
 
 def column(value, size: int, what: str) -> np.ndarray:
@@ -69,13 +82,13 @@ def column(value, size: int, what: str) -> np.ndarray:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
             raise TypeError
-        array = array.astype(float)
+        array = array.astype(float, copy=False)
     except (TypeError, ValueError):
         raise ExperimentError(f"{what} must be real numbers", value=brief(value)) from None
     if array.ndim == 0 or array.shape[-1] != size:
         raise ExperimentError(f"{what} must have shape (..., {size})", value=str(array.shape))
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
+    if not _all_finite(array):
+        bad = np.argwhere(~np.isfinite(array))
         index = tuple(int(i) for i in bad[0])
         raise ExperimentError(f"{what} must be finite", where=f"index {list(index)}", value=str(array[index]))
     return array
@@ -89,8 +102,9 @@ def check_determinant(ratio: np.ndarray, least: float) -> None:
     SingularityError
         with the index of the first row.
     """
-    bad = np.argwhere(~(ratio[..., 0] >= least))
-    if len(bad):
+    good = ratio[..., 0] >= least
+    if not good.all():
+        bad = np.argwhere(~good)
         index = tuple(int(i) for i in bad[0])
         raise SingularityError(
             "the joints do not hold the platform here: det J against home",
@@ -120,11 +134,20 @@ def row_function(name: str, m) -> ca.Function:
         return ca.Function(name, [theta, x], [ca.vec(J.T)])
     if name == "joint_motion":
         return ca.Function(name, [theta, x, xd, xdd], [m.joints_of(p, z), J @ xd, m.joint_acceleration(p, z, xd, xdd)])
-    if name == "newton":
-        z_ = ca.SX.sym("z", 7)
-        return ca.Function(name, [theta, z_], [m.joints_of(p, z_), ca.vec(m.jacobian_of(p, z_).T)])
-    if name == "margins":
-        z_ = ca.SX.sym("z", 7)
+    if name == "coordinates":
+        return ca.Function(name, [theta, x], [z])
+    if name in ("newton", "landing", "margins", "workspace"):
+        z_, q = ca.SX.sym("z", 7), ca.SX.sym("q", m.joints_count)
+        if name == "newton":
+            return ca.Function(name, [theta, z_, q], [*_newton_step(m, p, z_, q)])
+        if name == "landing":
+            away = ca.mmax(ca.fabs(q - m.joints_of(p, z_)))
+            position, quat = m.tool_pose_of(z_)
+            pose = ca.vertcat(position, frames.abc_of_rotation(frames.rotation_of_quaternion(quat)))
+            inside = ca.vertcat(workspace.workspace_of(p, z_), m.margins(p, z_)[1])
+            return ca.Function(name, [theta, z_, q], [pose, away, inside])
+        if name == "workspace":
+            return ca.Function(name, [theta, z_], [workspace.workspace_of(p, z_)])
         return ca.Function(name, [theta, z_], [m.margins(p, z_)[1]])
     if name == "inverse_dynamics":
         force = m.inverse_force(p, pi, z, xd, xdd) - w
@@ -135,6 +158,10 @@ def row_function(name: str, m) -> ca.Function:
     if name == "mass":
         M, h = m.mass_and_bias(p, pi, z, xd)
         return ca.Function(name, [theta, x, xd], [ca.vec(M), h])
+    if name == "reactions":
+        net = solve_square_transposed(J, m.inverse_force(p, pi, z, xd, xdd) - w)
+        found = [ca.vec(piece) for piece in m.reactions_of(p, z, xd, xdd, net) if piece is not None]
+        return ca.Function(name, [theta, x, xd, xdd, w], [ca.vertcat(*found), m.determinant_of(p, z)])
     if name == "regressor":
         symbols = {key: ca.SX.sym(key) for key in pi}
         force = m.inverse_force(p, symbols, z, xd, xdd)
@@ -143,3 +170,16 @@ def row_function(name: str, m) -> ca.Function:
             name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ xd]
         )
     raise KeyError(name)
+
+
+def _newton_step(m, p, z, q):
+    """z after one step of eq. (1) of forward.py, shortened, and the largest entry of the step taken; 0 where J is
+    singular: the search ends there."""
+    reach = 0.25 * ca.sqrt(ca.mmax(ca.sum2((p.joints.base - p.joints.platform) ** 2)))
+    d = solve_square(m.jacobian_of(p, z), q - m.joints_of(p, z))
+    sound = ca.mmax(ca.fabs(d)) < np.inf
+    for i in range(6):  # mmax overlooks a NaN behind a number
+        sound = ca.logic_and(sound, ca.fabs(d[i]) < np.inf)
+    size = ca.fmax(ca.norm_2(d[:3]) / reach, ca.norm_2(d[3:]) / 0.3)
+    d = ca.if_else(sound, d / ca.fmax(size, 1), 0)
+    return m.normalised(m.stepped(z, d)), ca.mmax(ca.fabs(d))

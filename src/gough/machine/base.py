@@ -93,6 +93,9 @@ class Machine(Part):
     #   inverse_force(p, pi, z, v, vd)   M v' + h, on v
     #   mass_and_bias(p, pi, z, v)       M, h
     #   margins(p, z)                    (names, SX): all >= 0 inside the limits
+    # and where friction scales with forces in the joints (load_count > 0)
+    #   loads_of(p, z, v, vd, memory, u) those forces
+    #   joint_friction(p, z, v, loads)   what passive joints' friction adds to J' (u - friction), on v
 
     @cached_property
     def symbols(self) -> tuple[Any, Any]:
@@ -120,6 +123,31 @@ class Machine(Part):
     def memory_count(self) -> int:
         """How many numbers the friction of all joints remembers."""
         return self.joints_count * (self.friction.memory_per_joint if self.friction else 0)
+
+    # -- friction -------------------------------------------------------------------------------------------------
+
+    @property
+    def load_count(self) -> int:
+        """How many forces in the joints friction asks for; see `loads_of`."""
+        return 0
+
+    def strut_friction(self, p, qd, memory, loads=None):
+        """Friction of the joints against their speed qd (n,), at the first n of `loads` where it scales.  (n,) N."""
+        if self.friction is None:
+            return ca.SX.zeros(qd.shape)
+        if self.friction.loaded:
+            return self.friction.force(p.friction, qd, memory, loads[: self.joints_count])
+        return self.friction.force(p.friction, qd, memory)
+
+    def memory_advanced(self, p, qd, memory, h, loads=None):
+        """The friction's memory after h seconds with speeds qd (n,) and loads held."""
+        load = loads[: self.joints_count] if self.friction.loaded else None
+        return self.friction.advance(p.friction, qd, memory, h, load)
+
+    def memory_rate(self, p, qd, memory, loads=None):
+        """Rate of the friction's memory at speeds qd (n,)."""
+        load = loads[: self.joints_count] if self.friction.loaded else None
+        return self.friction.memory_rate(p.friction, qd, memory, load)
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 
@@ -202,16 +230,16 @@ class Machine(Part):
         return self.parameters_of()
 
     def parameters_of(self, friction: bool = False) -> Parameters:
-        """`parameters`, with `friction` also those of the joints."""
+        """`parameters`, with `friction` also those of the joints; what scales with a load is not among them."""
         found = self.inertial(self)
         names, units = list(found), [unit for _, unit in found.values()]
         values = [float(ca.evalf(ca.SX(value))) for value, _ in found.values()]
         if friction:
-            law = self.friction
-            for key, unit in (("coulomb", "N"), ("viscous", "N s/m")):
+            constant = self.friction.unloaded if self.friction else (0.0, 0.0)
+            for key, unit, value in zip(("coulomb", "viscous"), ("N", "N s/m"), constant, strict=True):
                 names += [f"friction.{key}[{i}]" for i in range(self.joints_count)]
                 units += [unit] * self.joints_count
-                values += list(np.broadcast_to(getattr(law, key) if law else 0.0, self.joints_count))
+                values += list(np.broadcast_to(value, self.joints_count))
         return Parameters(tuple(names), np.array(values), tuple(units))
 
     def tool_pose(self, x) -> np.ndarray:

@@ -27,6 +27,8 @@ The universal joint turns about a, fixed in W, and about a x n; so the strut spi
 
 The platform is one rigid body (`mechanics.bodies.rigid_wrench`).  Then M V' + h = J' (u - friction) + w: Newton-Euler
 for the platform plus the six forces F at the points B; (5) is linear in the masses, moments and inertias.
+(5) is that of slender parts; parts with centres of mass off the axis or full inertias, and crosses with inertia, are in
+strut_bodies.py.  Forces in the joints and the friction they make: reactions.py, joint_forces.py.
 Left out: the screw's gyroscopic moment (it turns about n), compliance.
 Derivation: docs/theory/hexapod.md.  Sources: Merlet, Parallel Robots, 2nd ed. 2006, ch. 3, 5, 10 for (1), (2);
 (5), (6) by virtual work, checked against Lagrange in tests/oracle/lagrange.py.
@@ -44,15 +46,18 @@ from .. import frames
 from ..declare import Array, quantity
 from ..errors import InputError
 from ..mechanics import bodies
-from ..mechanics.friction import FrictionLaw
 from ..mechanics.linear import determinant_6
-from .base import Drive, Feed, Machine, reflected_mass
+from ..mechanics.load_friction import FrictionLaw
+from . import strut_bodies
+from .base import Drive, Feed, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
-from .limits import Limits, check_home, check_joints, check_sizes
-from .strut import StrutLoad, point_motion
+from .joint_forces import JointForces
+from .limits import Limits, check_guides, check_home, check_joints, check_sizes, check_spin
+from .strut import StrutLoad
+from .strut_motion import StrutMotion, point_motion
 
 
-class Hexapod(Machine):
+class Hexapod(JointForces):
     """Six-strut parallel machine tool.  Fields are the tables of its data sheet."""
 
     task: ClassVar = (("x", "m"), ("y", "m"), ("z", "m"), ("a", "rad"), ("b", "rad"), ("c", "rad"))
@@ -87,15 +92,12 @@ class Hexapod(Machine):
     def _sound(self):
         check_joints(self.joints.base, self.joints.platform)
         check_sizes(self)
-        for key in () if self.friction is None else ("coulomb", "static", "viscous"):
+        for key in () if self.friction is None else self.friction.specs():
             numbers = getattr(self.friction, key)
             if np.ndim(numbers) and len(numbers) != 6:
                 raise InputError("friction needs one value or six", key=f"friction.{key}", value=str(len(numbers)))
-        if self.joints.base_axis is None and self.strut and (self.strut.moving.axial or self.strut.fixed.axial):
-            raise InputError(
-                "axial inertia of the struts needs joints.base_axis, which fixes their spin",
-                cure="give joints.base_axis or leave strut.moving.axial and strut.fixed.axial out",
-            )
+        check_spin(self)
+        check_guides(self)
         R_home = frames.rotation_of_abc_np(self.home[3:])
         check_home(self, self.home[:3] + self.platform_joints_np() @ R_home.T)
         return self
@@ -187,13 +189,9 @@ class Hexapod(Machine):
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
             out[f"platform.I{'xyz'[i]}{'xyz'[j]}"] = (I[i, j], "kg m2")
         if p.strut is not None:
-            for part in ("moving", "fixed"):
-                body = getattr(p.strut, part)
-                out[f"strut.{part}.m"] = (body.mass, "kg")
-                out[f"strut.{part}.m c"] = (body.mass * body.center, "kg m")
-                out[f"strut.{part}.I"] = (body.transverse + body.mass * body.center**2, "kg m2")
-                if body.axial is not None:
-                    out[f"strut.{part}.Iaxial"] = (body.axial, "kg m2")
+            out |= strut_bodies.inertial(p.strut)
+        if p.joints.cross is not None:
+            out["joints.cross"] = (p.joints.cross, "kg m2")
         if p.drive.inertia is not None:
             out["drive.m"] = (reflected_mass(p.drive), "kg")
         return out
@@ -203,12 +201,18 @@ class Hexapod(Machine):
         R = frames.rotation_of_quaternion(z[3:])
         m, mc_W, I_W = self._platform_in_W(pi, R)
         total = bodies.rigid_wrench(m, mc_W, I_W, v[3:], vd[:3] - p.gravity, vd[3:])
-        strut = StrutLoad(pi)
-        if strut.massless:
+        if _massless(pi):
             return total
         b, _, l, n = self.struts(p, z)
+        general, slender = strut_bodies.StrutBodies(pi), StrutLoad(pi)
         for i in range(6):
-            F = strut.force(p, i, l[i], n[:, i], *point_motion(b[:, i], v, vd))
+            if self.slender:
+                F = slender.force(p, i, l[i], n[:, i], *point_motion(b[:, i], v, vd))
+            else:
+                motion = StrutMotion(self.axis_of(p, i), b[:, i], l[i], n[:, i], v, vd)
+                F = general.force(motion, p.gravity)
+                if "joints.cross" in pi:
+                    F += strut_bodies.cross_force(pi["joints.cross"], motion)
             total += ca.vertcat(F, ca.cross(b[:, i], F))
         return total
 
@@ -218,15 +222,29 @@ class Hexapod(Machine):
         m, mc_W, I_W = self._platform_in_W(pi, R)
         S = frames.skew(mc_W)
         corner, cross, turn = m * ca.SX.eye(3), -S, I_W
-        strut = StrutLoad(pi)
-        if not strut.massless:
+        if not _massless(pi):
             b, _, l, n = self.struts(p, z)
+            general, slender = strut_bodies.StrutBodies(pi), StrutLoad(pi)
             for i in range(6):
-                M_B = strut.mass(p, i, l[i], n[:, i])
+                a = self.axis_of(p, i)
+                M_B = slender.mass(p, i, l[i], n[:, i]) if self.slender else general.mass(a, l[i], n[:, i])
+                if "joints.cross" in pi:
+                    M_B += strut_bodies.cross_mass(pi["joints.cross"], a, l[i], n[:, i])
                 B = frames.skew(b[:, i])
                 corner, cross, turn = corner + M_B, cross - M_B @ B, turn - B @ M_B @ B
         M = ca.vertcat(ca.horzcat(corner, cross), ca.horzcat(cross.T, turn))
         return M, self.inverse_force(p, pi, z, v, ca.SX(6, 1))
+
+    @property
+    def slender(self) -> bool:
+        """Whether eq. (5) says all of the struts: slender parts, and a cross without inertia."""
+        parts = () if self.strut is None else (self.strut.moving, self.strut.fixed)
+        return self.joints.cross is None and not any(part.general for part in parts)
+
+    @staticmethod
+    def axis_of(p, i):
+        """The axis of base joint i that is fixed in the base, in W; None where the sheet has none.  (3,)."""
+        return None if p.joints.base_axis is None else p.joints.base_axis[i, :].T
 
     @staticmethod
     def _platform_in_W(pi, R):
@@ -277,6 +295,11 @@ class Hexapod(Machine):
         lines.append({"name": "platform", "points": _outline(B)})
         lines.append({"name": "tool", "points": [middle.tolist(), tip.tolist()]})
         return lines
+
+
+def _massless(pi) -> bool:
+    """Whether struts and drives have no inertia."""
+    return not any(key.startswith(("strut", "drive", "joints")) for key in pi)
 
 
 def _outline(points):

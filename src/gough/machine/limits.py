@@ -112,6 +112,73 @@ def check_sizes(machine) -> None:
         raise InputError(problems=wrong)
 
 
+def check_spin(machine) -> None:
+    """Refuse what needs the spin of the struts without `joints.base_axis`, which fixes it.
+
+    Raises
+    ------
+    InputError
+        a problem for each key that needs it.
+    """
+    if machine.joints.base_axis is not None:
+        return
+    strut, joints = machine.strut, machine.joints
+    needs = []
+    for part in () if strut is None else ("moving", "fixed"):
+        body = getattr(strut, part)
+        needs += [f"strut.{part}.{key}" for key in ("offset", "inertia") if getattr(body, key) is not None]
+        needs += [f"strut.{part}.axial"] if body.axial else []
+    needs += [f"joints.{key}" for key in ("cross", "friction") if getattr(joints, key) is not None]
+    if needs:
+        raise InputError(problems=[Problem(
+            "needs joints.base_axis, which fixes the spin of the struts", key=key,
+            cure=f"give joints.base_axis or leave {key} out",
+        ) for key in needs])  # fmt: skip
+
+
+def check_guides(machine) -> None:
+    """Refuse half a guide.
+
+    Raises
+    ------
+    InputError
+        one of sleeve and tube without the other.
+    """
+    sleeve, tube = (None, None) if machine.strut is None else (machine.strut.sleeve, machine.strut.tube)
+    if (sleeve is None) != (tube is None):
+        missing = "strut.sleeve" if sleeve is None else "strut.tube"
+        raise InputError("strut.sleeve and strut.tube belong together", key=missing, cure="give both or neither")
+
+
+OVERLAP = 1e-3  # m of tube that must be left in the sleeve: less is no guide
+
+
+def check_loads(machine) -> None:
+    """Refuse load-dependent friction of struts without a guide, or on a stroke on which the tubes leave their sleeves.
+
+    Kinematics and frictionless dynamics do not ask for it, so a machine may be made without; sheets and runs do.
+
+    Raises
+    ------
+    InputError
+        no guide, or too little overlap at the longest strut of limits.length.
+    """
+    if machine.friction is None or not machine.friction.loaded:
+        return
+    if not getattr(machine, "guided", False):
+        raise InputError(
+            f"{machine.friction.kind} needs the normal force between the tubes", key="friction.kind",
+            cure="give strut.sleeve and strut.tube, or take a friction without load",
+        )  # fmt: skip
+    reach, longest = machine.strut.sleeve + machine.strut.tube, machine.limits.length[1]
+    if not reach - longest >= OVERLAP:
+        raise InputError(
+            "the tube leaves its sleeve within the stroke", key="limits.length",
+            value=f"longest strut {longest:g} m", limit=f"sleeve + tube = {reach:g} m",
+            cure="shorten the stroke, lengthen strut.sleeve or strut.tube, or take a friction without load",
+        )  # fmt: skip
+
+
 _GRAVITY = 30.0  # m/s2
 _LOCKED = 1e-3  # 1 - (a . n)^2 of a joint axis within 1.8 deg of its strut
 

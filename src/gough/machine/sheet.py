@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError, Problem, SheetError, did_you_mean
 from ..files import Document, read_toml
 from ..names import check_name
+from .limits import check_loads
 
 if TYPE_CHECKING:
     from ..declare import Part
@@ -85,6 +86,7 @@ def machine_of(document: Document) -> Machine:
         raise document.locate(SheetError(problems=problems))
     try:
         machine = machine_class(kind).from_file(data)
+        check_loads(machine)
     except InputError as error:
         problems += error.problems
     if not problems:  # a key mistyped in the sheet would make its right entry in [source] look wrong

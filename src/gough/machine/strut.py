@@ -1,18 +1,13 @@
-"""One strut of a hexapod as its platform joint feels it: mass and force from the inertial parameters.
+"""One slender strut of a hexapod as its platform joint feels it: mass and force from the inertial parameters.
 
-Equations (2) to (6) are those of machine/hexapod.py.
+Equations (2) to (6) are those of machine/hexapod.py.  Struts whose parts are no slender bodies: strut_bodies.py.
 """
 
 from __future__ import annotations
 
 import casadi as ca
 
-
-def point_motion(b, v, vd):
-    """Velocity and acceleration of the platform joint at b (3,) from T, all in W.  eqs. (2), (4)."""
-    w, wd = v[3:], vd[3:]
-    wxb = ca.cross(w, b)
-    return v[:3] + wxb, vd[:3] + ca.cross(wd, b) + ca.cross(w, wxb)
+from .strut_motion import spin
 
 
 class StrutLoad:
@@ -24,7 +19,6 @@ class StrutLoad:
         axial = [pi[key] for key in ("strut.moving.Iaxial", "strut.fixed.Iaxial") if key in pi]
         self.I_a = sum(axial) if axial else None
         self.m_r = pi.get("drive.m", 0)
-        self.massless = not any(key.startswith(("strut", "drive")) for key in pi)
 
     def force(self, p, i, l, n, v_B, a_B):
         """F of eq. (5), on B, in W.  (3,)."""
@@ -45,7 +39,7 @@ class StrutLoad:
             D = 1 - ka * ka
             sigma = ka * tau / D
             sigmad = (kad * tau + ka * taud + 2 * ka * ka * kad * tau / D) / D
-            F += self.I_a * (sigma / l * ca.cross(nu, n) + self.spin(a, ka, l, n) * sigmad)
+            F += self.I_a * (sigma / l * ca.cross(nu, n) + spin(a, ka, l, n) * sigmad)
         return F
 
     def mass(self, p, i, l, n):
@@ -55,11 +49,6 @@ class StrutLoad:
         M = across * ca.SX.eye(3) + (self.m + self.m_r - across) * nn
         if self.I_a is not None:
             a = p.joints.base_axis[i, :].T
-            G = self.spin(a, ca.dot(a, n), l, n)
+            G = spin(a, ca.dot(a, n), l, n)
             M += self.I_a * G @ G.T
         return M
-
-    @staticmethod
-    def spin(a, ka, l, n):
-        """G of eq. (6).  (3,)."""
-        return ka / (1 - ka * ka) / l * ca.cross(a, n)

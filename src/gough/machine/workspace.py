@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
+from .. import frames
 from ..errors import SingularityError, WorkspaceError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np, rotation_of_vector_np
 
@@ -31,24 +33,27 @@ def workspace_margins(machine, z) -> np.ndarray:
 
     (N, 4); (N, 0) where none is declared.
     """
-    space, home = machine.limits.workspace, machine.home
-    if space is None:
+    if machine.limits.workspace is None:
         return np.zeros((len(z), 0))
-    R_home = rotation_of_quaternion_np(quaternion_of_abc_np(home[3:]))
-    R = rotation_of_quaternion_np(z[:, 3:])
-    turn = abc_of_rotation_np(R)[:, 2] - home[5]
-    turn = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
+    return machine.arrays.run("workspace", z)[0]
+
+
+def workspace_of(p, z):
+    """The same of the view `p` of a machine, symbolic.  (7,) -> (4,), or (0,) where none is declared."""
+    space, home = p.limits.workspace, p.home
+    if space is None:
+        return ca.SX(0, 1)
+    R_home, R = frames.rotation_of_abc(home[3:]), frames.rotation_of_quaternion(z[3:])
+    turn = frames.abc_of_rotation(R)[2] - home[5]
+    turn = ca.fabs(turn - 2 * np.pi * ca.floor((turn + np.pi) / (2 * np.pi)))
     # the angle by atan2 of sine and cosine: arccos alone loses half the digits near zero
-    sine = np.linalg.norm(np.cross(R[:, :, 2], R_home[:, 2]), axis=-1)
-    tilt = np.arctan2(sine, R[:, :, 2] @ R_home[:, 2])
-    offset = z[:, :3] - home[:3]
-    inside = [
-        space.radius - np.hypot(offset[:, 0], offset[:, 1]),
-        space.height / 2 - np.abs(offset[:, 2]),
-        space.tilt - tilt,
-        space.c - turn,
-    ]
-    return np.stack(inside, -1) + 1e-9  # a pose on the very edge is inside, whatever the last digits say
+    sine = ca.norm_2(ca.cross(R[:, 2], R_home[:, 2]))
+    tilt = ca.atan2(sine, ca.dot(R[:, 2], R_home[:, 2]))
+    offset = z[:3] - home[:3]
+    inside = ca.vertcat(
+        space.radius - ca.norm_2(offset[:2]), space.height / 2 - ca.fabs(offset[2]), space.tilt - tilt, space.c - turn
+    )
+    return inside + 1e-9  # a pose on the very edge is inside, whatever the last digits say
 
 
 def outside_workspace(machine, index: int, margin: float, place: str | None) -> WorkspaceError:

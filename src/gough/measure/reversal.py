@@ -42,10 +42,14 @@ class Reversal(NamedTuple):
 
 
 class ReversalMeter:
-    """Finds reversals in samples that come in chunks of any size.  `found` holds those whose time after has passed."""
+    """Finds reversals in samples that come in chunks of any size.  `found` holds those whose time after has passed.
 
-    def __init__(self, period: float, glitch: Glitch = CONTRACT):
-        self.period, self.found = period, []
+    `count` says how many, `largest` the largest glitch (NaN if one was); without `keep` that is all that is kept.
+    """
+
+    def __init__(self, period: float, glitch: Glitch = CONTRACT, keep: bool = True):
+        self.period, self.found, self.keep = period, [], keep
+        self.count, self.largest = 0, None
         self._level = glitch.level
         self._before = tuple(round(t / period) for t in glitch.before)
         self._after = tuple(round(t / period) for t in glitch.after)
@@ -70,7 +74,7 @@ class ReversalMeter:
             now, then = qd_r[row, joint], previous[row, joint]
             share = now / (now - then) if now * then < 0 else 0.0  # where between the samples it was zero
             self._pending.append((self._count + int(row), int(joint), float(share)))
-        self._sign, self._last = sign[-1], qd_r[-1]
+        self._sign, self._last = sign[-1].copy(), qd_r[-1].copy()  # a view would keep the chunk
         self._count += len(qd_r)
         self._settle(self._count)
 
@@ -88,10 +92,15 @@ class ReversalMeter:
             if not len(before) or not len(after) or not self._counted[k - self._first]:
                 continue
             level = np.median(before) if self._level == "median" else np.max(before)
-            self.found.append(Reversal((k - share) * self.period, joint, float(np.max(after) - level)))
+            size = float(np.max(after) - level)
+            self.count += 1
+            self.largest = size if self.largest is None else float(np.maximum(self.largest, size))
+            if self.keep:
+                self.found.append(Reversal((k - share) * self.period, joint, size))
         keep = min([self._count] + [entry[0] for entry in self._pending]) - self._before[0]
         drop = max(0, keep - self._first)
-        self._error, self._counted, self._first = self._error[drop:], self._counted[drop:], self._first + drop
+        self._error, self._counted = self._error[drop:].copy(), self._counted[drop:].copy()
+        self._first += drop
 
     def _window(self, start, stop):
         part = slice(max(0, start - self._first), max(0, stop - self._first))

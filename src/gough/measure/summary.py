@@ -19,18 +19,24 @@ import numpy as np
 
 from .. import units
 from .reversal import ReversalMeter
+from .tree import columns, nested
+
+_SHOWN = 20  # lines of a batch
 
 
 class Accumulator:
-    """Metrics of one run of period `period` s from chunks of any size.  `update(...)`, then `result()`."""
+    """Metrics of one run of period `period` s from chunks of any size.  `update(...)`, then `result()`.
 
-    def __init__(self, period: float):
+    Without `keep_reversals` they are counted only, and the memory does not grow with the run.
+    """
+
+    def __init__(self, period: float, keep_reversals: bool = True):
         self.period = period
         self.samples = self.counted = self._saturated = 0
         self._contour, self._orientation, self._lag = _Worst(), _Worst(), _Worst()
         self._tracking: list[_Worst] = []
         self._force = self._velocity = None
-        self._reversals = ReversalMeter(period)
+        self._reversals = ReversalMeter(period, keep=keep_reversals)
         self._limited = False
 
     def update(
@@ -61,8 +67,7 @@ class Accumulator:
 
     def result(self) -> dict[str, Any]:
         """The metrics, SI.  No more updates afterwards."""
-        found = self._reversals.close()
-        glitches = [r.glitch for r in found]
+        self._reversals.close()
         tracking = [worst.result() for worst in self._tracking]
         lag = self._lag.result()
         return {
@@ -70,7 +75,7 @@ class Accumulator:
             "orientation_error": self._orientation.result(),
             "lag": {"max": lag["max"], "rms": lag["rms"]},
             "tracking": {name: _largest([w[name] for w in tracking]) for name in ("max", "rms")},
-            "reversals": {"count": len(found), "largest": _largest(glitches)},
+            "reversals": {"count": self._reversals.count, "largest": _number(self._reversals.largest)},
             "strut_force": {"peak": _number(self._force)},
             "strut_velocity": {"peak": _number(self._velocity)},
             "saturated": self._saturated / self.samples if self._limited and self.samples else None,
@@ -173,6 +178,43 @@ class Measured:
         return "\n".join(lines)
 
 
+class MeasuredRuns(Measured):
+    """The metrics of a batch: entries as of one run, each an array (runs,).  Prints a line a run, at most twenty."""
+
+    def __init__(self, metrics: dict[str, Any], labels: list[str], reasons: list[str]):
+        super().__init__(metrics)
+        self.labels, self.reasons = labels, reasons
+
+    def __repr__(self) -> str:
+        m, count = self.metrics, len(self.labels)
+        heads = (
+            ("contour max", ("contour_error", "max"), "m"), ("rms", ("contour_error", "rms"), "m"),
+            ("orientation max", ("orientation_error", "max"), "rad"), ("tracking max", ("tracking", "max"), "m"),
+            ("force peak", ("strut_force", "peak"), "N"),
+        )  # fmt: skip
+        columns = [(head, _get(m, *path), unit) for head, path, unit in heads if _get(m, *path) is not None]
+        # of more than fit the worst are shown
+        order = np.arange(count)
+        if count > _SHOWN and columns:
+            order = np.argsort(-np.nan_to_num(columns[0][1], nan=np.inf), kind="stable")[: _SHOWN - 1]
+        rows = [("run", *(head for head, _, _ in columns), "")]
+        for i in order:
+            cells = (_show(None if np.isnan(values[i]) else float(values[i]), unit) for _, values, unit in columns)
+            rows.append((self.labels[i], *cells, f"FAILED: {self.reasons[i]}" if self.reasons[i] else ""))
+        if len(order) < count:
+            middle = (
+                _show(float(np.nanmedian(values)) if np.isfinite(values).any() else None, unit)
+                for _, values, unit in columns
+            )
+            rows.append((f"median of {count}", *middle, ""))
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        return "\n".join(
+            "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:-1], widths[1:-1], strict=True))])
+            + (f"  {row[-1]}" if row[-1] else "")
+            for row in rows
+        )
+
+
 def _get(metrics, *names):
     for name in names:
         metrics = (metrics or {}).get(name)
@@ -186,11 +228,15 @@ def _show(value, unit):
 def measure(log) -> Measured:
     """The metrics of a log: as the run gathered them over every sample, else from the rows the log has.
 
+    Of a batch each is an array (runs,), NaN where nothing was measured.
+
     Raises
     ------
     LogError
         the log has neither metrics nor the rows they are made of.
     """
+    if log.batch:
+        return _measure_runs(log)
     if log.metrics:
         return Measured(log.metrics)
     t, q, q_r = log["t"], log["q"], log["q_r"]
@@ -213,6 +259,13 @@ def measure(log) -> Measured:
         saturated=_row(log, "saturated"),
     )
     return Measured(gathered.result())
+
+
+def _measure_runs(log) -> MeasuredRuns:
+    count, told = log.dataset.sizes["run"], log.runs
+    metrics = log.metrics or nested(columns([measure(log.run(i)).metrics for i in range(count)]))
+    label = [str(told[i].get("label", i)) if i < len(told) else str(i) for i in range(count)]
+    return MeasuredRuns(metrics, label, [told[i].get("reason", "") if i < len(told) else "" for i in range(count)])
 
 
 def _row(log, name, default=None):

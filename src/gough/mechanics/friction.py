@@ -16,17 +16,19 @@ linear in z and solved exactly,
     z+ = z exp(-k h) + v h phi(k h),    k = s0 |v| / g(v),    phi(x) = (1 - exp(-x)) / x                            (5)
 
 which stays within |z| <= F_s / s0 however long the step, and sticks without creep.
+
+Laws whose numbers scale with a normal force are in load_friction.py; `load` is that force, and these two know none.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import casadi as ca
 import numpy as np
 from pydantic import model_validator
 
-from ..declare import Array, Part, one_of, quantity
+from ..declare import Array, Part, quantity
 from ..errors import InputError, SheetError
 
 
@@ -54,10 +56,17 @@ class Friction(Part):
             )
         return self
 
+    loaded: ClassVar[bool] = False  # whether a normal force scales it
+
     @property
     def peak(self):
         """The largest level, N, per joint.  (n,)."""
         return self.coulomb if self.static is None else self.static
+
+    @property
+    def unloaded(self):
+        """Coulomb N and viscous N s/m friction that no load scales: what a regressor is linear in."""
+        return self.coulomb, self.viscous
 
 
 def level(p, v):
@@ -76,17 +85,17 @@ class Stribeck(Friction):
     memory_per_joint: ClassVar[int] = 0
 
     @staticmethod
-    def force(p, v, z):
+    def force(p, v, z, load=None):
         """Friction force against the speed v (n,) m/s, eq. (2).  (n,) N."""
         return level(p, v) * ca.tanh(v / p.smoothing) + p.viscous * v
 
     @staticmethod
-    def memory_rate(p, v, z):
+    def memory_rate(p, v, z, load=None):
         """No memory."""
         return z
 
     @staticmethod
-    def advance(p, v, z, h):
+    def advance(p, v, z, h, load=None):
         """No memory to advance."""
         return z
 
@@ -107,25 +116,20 @@ class LuGre(Friction):
     memory_per_joint: ClassVar[int] = 1
 
     @staticmethod
-    def memory_rate(p, v, z):
+    def memory_rate(p, v, z, load=None):
         """z' of eq. (3).  (n,) m/s."""
         return v - p.stiffness * ca.fabs(v) / level(p, v) * z
 
     @staticmethod
-    def force(p, v, z):
+    def force(p, v, z, load=None):
         """Friction force with the memory z (n,) m held, eqs. (3), (4).  (n,) N."""
         zd = LuGre.memory_rate(p, v, z)
         return p.stiffness * z + p.damping * zd + p.viscous * v
 
     @staticmethod
-    def advance(p, v, z, h):
+    def advance(p, v, z, h, load=None):
         """The memory after h seconds with the speed v held, eq. (5).  (n,) m."""
         x = p.stiffness * ca.fabs(v) / level(p, v) * h
         small = x < 1e-8  # phi by its series there: the next term, x^2 / 6, is below rounding
         phi = ca.if_else(small, 1 - x / 2, -ca.expm1(-x) / ca.if_else(small, 1, x))
         return z * ca.exp(-x) + v * h * phi
-
-
-FrictionLaw = Annotated[
-    Stribeck | LuGre, one_of(stribeck="gough.mechanics.friction:Stribeck", lugre="gough.mechanics.friction:LuGre")
-]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from pydantic import Field
 
 from ..declare import Array, Part, quantity
 from ..machine.base import Machine
+from .faults import EncoderFault
 
 
 class Plant(Part):
@@ -17,6 +21,7 @@ class Plant(Part):
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
     )
+    faults: list[EncoderFault] = Field(default_factory=list, max_length=32, description="faults of the encoders")
 
     @property
     def true_machine(self) -> Machine:
@@ -30,3 +35,9 @@ class Plant(Part):
 
             center = tool.position + rotation_of_abc_np(tool.angles) @ center
         return self.machine.replace(platform=self.machine.platform.joined(self.payload, center))
+
+    def to_file(self) -> dict[str, Any]:
+        """The table that `from_file` reads back; faults are tables of their own."""
+        table = super().to_file()
+        faults = table.pop("faults")
+        return table | ({"faults": [fault.to_file() for fault in faults]} if faults else {})

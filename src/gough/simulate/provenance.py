@@ -28,17 +28,26 @@ def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
         "program": program.to_file() | {name: getattr(program, name, None) for name in ("name", "text")},
         "plant": job.plant.to_file(),
         "run": job.run_part.to_file()
-        | {"substeps": job.substeps, "spectral_radius": job.radius, "native": job.kernel.native},
+        | {"substeps": job.substeps, "spectral_radius": job.radius, "native": bool(job.kernel and job.kernel.native)},
         "hashes": {name: part.digest() for name, part in parts.items()},
         "wall_time": wall,
         "simulated_time": ticks * job.run_part.period,
         "metrics": metrics,
         "warnings": list(job.notes),
-        "reversals": job.sums.reversals,
+        "reversals": getattr(job.sums, "reversals", []),
         "circles": [circle.to_json() for circle in job.motion.path.circles],
         "drawing": job.believed.drawing(job.believed.home),
         "processor": processor(),
     }
+
+
+def of_batch(job, wall: float, runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """The record of a batch: that of its first run, what all of them took, and what the others are told by."""
+    record = of(job, {}, 0, wall) | {"runs": runs, "simulated_time": float(job.samples.sum() * job.run_part.period)}
+    for name in ("metrics", "reversals"):  # of each run
+        record.pop(name)
+    record["run"] |= {"substeps": sorted(set(job.substeps_of)), "lanes": job.kernel.lanes if job.kernel else None}
+    return record
 
 
 def processor() -> str:

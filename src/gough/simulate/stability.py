@@ -3,6 +3,11 @@
 The plant's poles are those of its linearisation at home, at v = 0 where friction is steepest: of d(z', v')/d(z, v) with
 the friction's memory held, which RK4 must follow (stable on the real axis for |pole| h < 2.785), and of the same with
 the memory as a state, the bristles' spring, which the splitting must follow (a leapfrog: stable for |pole| h < 2).
+Where friction scales with forces in the joints, these are the largest that a spread of poses of the workspace needs, at
+rest and with the acceleration of [feed] along each axis.
+
+Those forces come from the acceleration a sub-step before: a -> loads -> friction -> a+ must contract, else it grows
+from step to step.  (Nor does it settle in nature: there friction holds more than the drive pushes: the strut jams.)
 
 A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without
 friction and quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
@@ -17,13 +22,17 @@ import casadi as ca
 import numpy as np
 
 from ..declare import Shape
-from ..errors import ExperimentError
+from ..errors import ExperimentError, InputError
+from ..frames import quaternion_of_abc_np
 from ..kernel.pack import flatten
+from ..machine.limits import check_loads
+from ..machine.workspace import random_poses
 from . import tick
 from .notes import Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
+POSES = 30  # of the workspace, for the largest loads; they vary by a factor of three or so
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
 
@@ -31,7 +40,9 @@ def fastest_pole(machine) -> float:
     """Largest magnitude of the poles of the plant at home with friction, rad/s."""
     memory = np.zeros(machine.memory_count)
     u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
-    found = _linearised(Shape(machine))(machine.theta, _home(machine), np.zeros(len(machine.velocities)), memory, u0)
+    rest = np.zeros(len(machine.velocities))
+    loads = largest_loads(machine)
+    found = _linearised(Shape(machine))(machine.theta, _home(machine), rest, memory, u0, loads)
     return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found)
 
 
@@ -40,14 +51,58 @@ def _linearised(shape: Shape) -> ca.Function:
     """d(z', v')/d(z, v), and the same with the friction's memory among the states."""
     machine = shape.part
     p, theta, z, v, mem = tick.symbols_of(machine)
-    u = ca.SX.sym("u", machine.joints_count)
-    rates = ca.vertcat(*tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6)))
+    u, loads = ca.SX.sym("u", machine.joints_count), tick.loads_symbol(machine)
+    rates = ca.vertcat(*tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6), loads))
     y = ca.vertcat(z, v)
     whole, whole_rates = y, rates
     if mem.numel():
-        bristles = machine.friction.memory_rate(p.friction, machine.jacobian_of(p, z) @ v, mem)
+        bristles = machine.memory_rate(p, machine.jacobian_of(p, z) @ v, mem, loads)
         whole, whole_rates = ca.vertcat(y, mem), ca.vertcat(rates, bristles)
-    return ca.Function("A", [theta, z, v, mem, u], [ca.jacobian(rates, y), ca.jacobian(whole_rates, whole)])
+    return ca.Function("A", [theta, z, v, mem, u, loads], [ca.jacobian(rates, y), ca.jacobian(whole_rates, whole)])
+
+
+def largest_loads(machine) -> np.ndarray:
+    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,)."""
+    if not machine.load_count:
+        return np.zeros(0)
+    d, memory = len(machine.task), np.zeros(machine.memory_count)
+    poses = [machine.home]
+    if machine.limits.workspace is not None:
+        poses += list(random_poses(machine, POSES, np.random.default_rng(0)))
+    pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
+    a = np.concatenate([np.zeros((1, d)), pushes, -pushes])
+    x, a = np.repeat(np.array(poses), len(a), axis=0), np.tile(a, (len(poses), 1))
+    z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
+    u, still = machine.inverse_dynamics(x, np.zeros(d), a), np.zeros(d)
+    found = tick.loads_function(machine).map(len(x))(machine.theta, z.T, still, memory, a.T, u.T)
+    return np.array(found).max(axis=1)
+
+
+def load_gain(machine) -> float:
+    """How much of a change of the acceleration comes back through loads and breakaway friction, at home; below 1.
+
+    A bound: the sum over the struts of |M^-1 J' e_i| times the slope of that strut's breakaway friction, in the metric
+    of the mass matrix.
+    """
+    if not (machine.friction and machine.friction.loaded):
+        return 0.0
+    n, d = machine.joints_count, len(machine.velocities)
+    rest, memory = np.zeros(d), np.zeros(machine.memory_count)
+    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, _home(machine), rest, memory, rest, np.zeros(n)))
+    law = machine.friction
+    mu = np.broadcast_to(law.coulomb if law.static is None else law.static, n)
+    L = np.linalg.cholesky(machine.mass_matrix(machine.home))
+    push = np.linalg.solve(L, machine.jacobian(machine.home).T)  # columns: what a newton in a strut does
+    back = np.linalg.solve(L, slopes[:n].T)  # columns: how its normal force follows the acceleration
+    return float((mu * np.linalg.norm(push, axis=0) * np.linalg.norm(back, axis=0)).sum())
+
+
+@lru_cache(maxsize=64)
+def _load_slopes(shape: Shape) -> ca.Function:
+    machine = shape.part
+    p, theta, z, v, mem = tick.symbols_of(machine)
+    vd, u = ca.SX.sym("vd", v.shape), ca.SX.sym("u", machine.joints_count)
+    return ca.Function("slopes", [theta, z, v, mem, vd, u], [ca.jacobian(machine.loads_of(p, z, v, vd, mem, u), vd)])
 
 
 def choose_substeps(machine, period: float, given: int | None = None) -> int:
@@ -56,8 +111,21 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
     Raises
     ------
     ExperimentError
-        if the given number cannot be stable, with the number that is.
+        if the given number cannot be stable, with the number that is; if friction jams the struts, or the tubes leave
+        their sleeves.
     """
+    try:
+        check_loads(machine)
+    except InputError as error:
+        raise ExperimentError(problems=error.problems) from None
+    gain = load_gain(machine)
+    if not gain < 1:
+        raise ExperimentError(
+            "friction grows faster with the acceleration than the drives push: the struts may jam",
+            key="friction.static" if machine.friction.static is not None else "friction.coulomb",
+            value=f"a gain of {gain:.3g} from acceleration to friction to acceleration, at home", limit="1",
+            cure="lower the coefficients, or let the tubes overlap more (strut.sleeve, strut.tube)",
+        )  # fmt: skip
     pole = fastest_pole(machine)
     stable = LEAPFROG if machine.memory_count else RK4_REAL
     # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
@@ -84,7 +152,11 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
 
 def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
     """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
-    quiet = machine.replace(friction=None, drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None))
+    quiet = machine.replace(
+        friction=None,
+        joints=machine.joints.replace(friction=None),
+        drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None),
+    )
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
     state = law.init(rest, u0)

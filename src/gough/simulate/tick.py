@@ -3,12 +3,15 @@
     sense     q, q' of the plant; encoder; friction, for the log
     control   the law's step: pose and speed from the encoder, force
     drive     delay, limit
-    plant     `substeps` times: half a step of the friction's memory with the velocity held, one RK4 step of the
-              mechanics with the memory held, half a step of the memory (Strang); then the quaternion is normalised
+    plant     `substeps` times: the forces in the joints that scale friction, from the acceleration of the sub-step
+              before; half a step of the friction's memory with the velocity held, one RK4 step of the mechanics with
+              the memory held, half a step of the memory (Strang); then the quaternion is normalised
     limits    stroke, cones, det J
 
 The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact
-(mechanics/friction.py).
+(mechanics/friction.py).  Loads from the acceleration of now would be an algebraic loop; the mean one of the sub-step
+before, (v+ - v) / h, is a step old, and the loads are held over the sub-step.  The friction of the log is that of the
+loads held last: the bristles of LuGre stand where these put them.
 """
 
 from __future__ import annotations
@@ -70,7 +73,7 @@ def _built(
 ) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
-    memory = machine.memory_count
+    memory, loads = machine.memory_count, machine.load_count
     noisy = machine.drive.noise is not None
     z_count = machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0]
     sizes = {"z": z_count, "v": v_count}
@@ -94,13 +97,16 @@ def _built(
     ]
     if noisy:
         signals.append(Signal("noise", n, "noise"))
+    if loads:
+        signals += [Signal("acceleration", v_count, "state", machine.velocities), Signal("loads", loads, "state")]
     limit_names, limits = _limits(machine)
     signals.append(Signal("limits", len(limit_names), "wire", limit_names))
+    held = ("loads",) if loads else ()
     tasks = (
         Task(
             "sense",
             _sense(machine, noisy),
-            ("theta_plant", "z", "v", "memory") + (("noise",) if noisy else ()),
+            ("theta_plant", "z", "v", "memory", *held) + (("noise",) if noisy else ()),
             ("q", "qd", "q_m", "friction"),
         ),
         Task(
@@ -126,7 +132,9 @@ def _built(
 def first_states(schedule: Schedule, z, law_state, u0) -> dict[str, np.ndarray]:
     """The states of `schedule` at rest at the coordinates z, held by the forces u0."""
     given = {"z": z, "law": flatten(law_state), "u": u0, "waiting": u0, "u_c": u0}
-    return {s.name: np.asarray(given.get(s.name, np.zeros(s.size))) for s in schedule.of_kind("state")}
+    found = {s.name: np.asarray(given.get(s.name, np.zeros(s.size))) for s in schedule.of_kind("state")}
+    # known from the first sub-step on; before it nothing moves, and any load but 0 gives the friction 0
+    return found | {name: np.ones_like(value) for name, value in found.items() if name == "loads"}
 
 
 def rest_row(machine: Machine, x: np.ndarray) -> Reference:
@@ -150,17 +158,14 @@ def rest_row(machine: Machine, x: np.ndarray) -> Reference:
     )
 
 
-def friction_force(machine, p, qd, memory):
-    """Friction of the joints against their speed, N; zero without friction."""
-    return machine.friction.force(p.friction, qd, memory) if machine.friction else ca.SX.zeros(qd.shape)
-
-
-def rate(machine, p, z, v, memory, u, w):
+def rate(machine, p, z, v, memory, u, w, loads=None):
     """z' and v' under joint forces u, friction and a wrench w on the tool: eq. (1) of machine.base."""
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
     M, h = machine.mass_and_bias(p, pi, z, v)
     J = machine.jacobian_of(p, z)
-    force = J.T @ (u - friction_force(machine, p, J @ v, memory)) + w - h
+    force = J.T @ (u - machine.strut_friction(p, J @ v, memory, loads)) + w - h
+    if machine.load_count:
+        force += machine.joint_friction(p, z, v, loads)
     return machine.rate(p, z, v), solve_spd(M, force)
 
 
@@ -171,13 +176,35 @@ def symbols_of(machine):
     return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", machine.memory_count)
 
 
+def loads_symbol(machine):
+    """The forces in the joints that friction asks for, as fresh symbols (none where it asks for none)."""
+    return ca.SX.sym("loads", machine.load_count)
+
+
+_LOADS = ("theta_plant", "z", "v", "memory", "acceleration", "u")
+
+
+def loads_function(machine) -> ca.Function:
+    """(theta, z, v, memory, v', u) -> the forces in the joints that friction asks for."""
+    return _loads_of(Shape(machine))  # one object for all its tasks: the kernel compiles it once
+
+
+@lru_cache(maxsize=64)
+def _loads_of(shape: Shape) -> ca.Function:
+    machine = shape.part
+    p, theta, z, v, mem = symbols_of(machine)
+    vd, u = ca.SX.sym("vd", v.shape), ca.SX.sym("u", machine.joints_count)
+    return ca.Function("loads", [theta, z, v, mem, vd, u], [machine.loads_of(p, z, v, vd, mem, u)])
+
+
 def _sense(machine, noisy):
     p, theta, z, v, mem = symbols_of(machine)
+    loads = loads_symbol(machine)
     q = machine.joints_of(p, z)
     normal = ca.SX.sym("noise", machine.joints_count)
     qd = machine.jacobian_of(p, z) @ v
-    friction = friction_force(machine, p, qd, mem)
-    inputs = [theta, z, v, mem] + ([normal] if noisy else [])
+    friction = machine.strut_friction(p, qd, mem, loads)
+    inputs = [theta, z, v, mem] + ([loads] if machine.load_count else []) + ([normal] if noisy else [])
     return ca.Function("sense", inputs, [q, qd, encoder(machine, p, q, normal), friction])
 
 
@@ -213,15 +240,20 @@ def _limits(machine):
 def _substep(machine, h):
     p, theta, z, v, mem = symbols_of(machine)
     u, w = ca.SX.sym("u", machine.joints_count), ca.SX.sym("w", 6)
-    dynamics = ca.Function("rate", [theta, z, v, mem, u, w], list(rate(machine, p, z, v, mem, u, w)))
+    loads = loads_symbol(machine)
+    held, held_symbols = (("loads",), [loads]) if machine.load_count else ((), [])
+    dynamics = ca.Function(
+        "rate", [theta, z, v, mem, u, w, *held_symbols], list(rate(machine, p, z, v, mem, u, w, loads))
+    )
     zd, vd = ca.SX.sym("zd", z.shape), ca.SX.sym("vd", v.shape)
     half, full = (
         ca.Function(name, [z, v, zd, vd], [z + c * zd, v + c * vd]) for name, c in (("half", h / 2), ("full", h))
     )
     slopes = [ca.SX.sym(f"{name}{i}", y.shape) for i in range(4) for name, y in (("zd", z), ("vd", v))]
     z_next, v_next = (y + h / 6 * (a + 2 * b + 2 * c + d) for y, (a, b, c, d) in ((z, slopes[::2]), (v, slopes[1::2])))
-    finish = ca.Function("finish", [z, v, *slopes], [machine.normalised(z_next), v_next])
-    given = ("memory", "u", "wrench")
+    ends = [machine.normalised(z_next), v_next] + ([(v_next - v) / h] if machine.load_count else [])
+    finish = ca.Function("finish", [z, v, *slopes], ends)
+    given = ("memory", "u", "wrench", *held)
     stages = []
     for i, step in enumerate((None, half, half, full)):
         at = ("z", "v") if step is None else (f"z{i + 1}", f"v{i + 1}")
@@ -229,14 +261,22 @@ def _substep(machine, h):
             stages.append(Task(f"stage {i + 1}", step, ("z", "v", f"zd{i}", f"vd{i}"), at))
         stages.append(Task(f"rate {i + 1}", dynamics, ("theta_plant", *at, *given), (f"zd{i + 1}", f"vd{i + 1}")))
     stages.append(
-        Task("finish", finish, ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")), ("z", "v"))
+        Task(
+            "finish",
+            finish,
+            ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")),
+            ("z", "v") + (("acceleration",) if machine.load_count else ()),
+        )
     )
     if mem.numel():
         qd = machine.jacobian_of(p, z) @ v
-        advance = ca.Function("memory", [theta, z, v, mem], [machine.friction.advance(p.friction, qd, mem, h / 2)])
+        advanced = machine.memory_advanced(p, qd, mem, h / 2, loads)
+        advance = ca.Function("memory", [theta, z, v, mem, *held_symbols], [advanced])
         before, after = (
-            Task(f"memory {when}", advance, ("theta_plant", "z", "v", "memory"), ("memory",))
+            Task(f"memory {when}", advance, ("theta_plant", "z", "v", "memory", *held), ("memory",))
             for when in ("before", "after")
         )
         stages = [before, *stages, after]
+    if machine.load_count:
+        stages = [Task("loads", loads_function(machine), _LOADS, held), *stages]
     return tuple(stages)

@@ -1,0 +1,76 @@
+"""docs/performance.md out of the figures."""
+
+from __future__ import annotations
+
+from .rows import COUNT, LIMITS
+
+_LOOPS = (
+    ("interpreter", "CasADi's interpreter"), ("one lane", "machine code, one lane"),
+    ("lanes", "machine code, {width} lanes"),
+    ("simulate", "`gk.simulate()`, one run, with reference, contour error and log"),
+    ("batch", "`gk.simulate()`, a batch of {runs}, metrics only"),
+    ("one lane / interpreter", "one lane against the interpreter"),
+    ("lanes / one lane", "**{width} lanes against one lane** (aim: {aim} without friction, 4.5 with)"),
+    ("batch / simulate", "batch against one run, all included"),
+    ("operations", "operations a sample"), ("compile_s", "compile time of one lane, s"),
+)  # fmt: skip
+
+
+def page(result: dict) -> str:
+    lines = [
+        "# Performance", "",
+        f"Written by `make bench`, gough {result['version']}; figures in performance.json.  Medians of "
+        f"{result['rounds']} interleaved rounds, CPU time of one core; ratios", "are medians within a round.", "",
+        f"Processor: {result['processor']}", "",
+    ]  # fmt: skip
+    for part, write in (("loops", _loops), ("rows", _rows), ("workers", _workers), ("peers", _peers)):
+        if part in result:
+            lines += [*write(result[part]), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _loops(found: dict) -> list[str]:
+    from .loops import RUNS
+
+    cases, width = found["cases"], found["width"]
+    told = {"width": width, "runs": RUNS, "aim": {8: 4, 4: 3}.get(width, "none")}
+    body = [[label.format(**told), *(_cell(case[key]) for case in cases.values())] for key, label in _LOOPS]
+    return [
+        "## Simulation", "",
+        "Simulated seconds a CPU second; of several runs, all together.  The octahedral hexapod under computed torque, "
+        "1 kHz, RK4 at", "0.25 ms, on a circle.", "",
+        *table(["friction", *cases], body),
+    ]  # fmt: skip
+
+
+def _rows(found: dict) -> list[str]:
+    body = [[name, _cell(seconds), _cell(LIMITS.get(name, ""))] for name, seconds in found.items()]
+    return ["## Arrays", "", f"{COUNT:_} rows from Python, CPU seconds.".replace("_", " "), "",
+            *table(["", "s", "aim, below"], body)]  # fmt: skip
+
+
+def _workers(found: dict) -> list[str]:
+    body = [
+        ["plain arithmetic loop, two processes against one", _cell(found["loop, two / one"])],
+        ["batch of one slab, two processes against one", _cell(found["batch, two / one"])],
+        ["**the second against the first** (aim: 0.9)", _cell(found["workers"])],
+    ]
+    return ["## Two workers", "", *table(["", "times"], body)]
+
+
+def _peers(found: dict) -> list[str]:
+    if "missing" in found:
+        return ["## Peers", "", f"Not measured: {found['missing']}."]
+    return [
+        "## Peers", "",
+        "The same closed loop in general multibody engines, viscous friction only; an engine's fastest setting whose",
+        "pose error over 2 s stays below 0.1 um is bold (bench/peers.py says how it is measured).", "", *found["lines"],
+    ]  # fmt: skip
+
+
+def table(heads: list[str], rows: list[list[str]]) -> list[str]:
+    return [f"| {' | '.join(row)} |" for row in ([*heads], ["---"] * len(heads), *rows)]
+
+
+def _cell(value) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,98 @@
+"""The rows of a chunk as the log's variables, for one run (n, ...) or several side by side (n, runs, ...)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import DivergedError, ExperimentError, RunError, did_you_mean
+from ..frames import abc_of_rotation_np, rotation_of_quaternion_np
+from ..kernel.pack import fields
+from ..log.build import VARIABLES
+from ..machine.workspace import beyond
+from ..program.reference import Reference
+from ..quantities import brief
+from . import joints
+from .trip import tripped
+
+# what the reference alone decides is the same for all runs of a batch
+SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
+
+
+def chosen(signals, state, machine) -> set[str] | None:
+    """The variables of the log that were asked for; None for all.
+
+    Raises
+    ------
+    ExperimentError
+        a name that no variable has.
+    """
+    if signals is None:
+        return None
+    states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
+    known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
+    known += joints.available(machine)
+    for i, name in enumerate(signals):
+        if name not in known:
+            cure = did_you_mean(name, known)
+            raise ExperimentError("the log has no such variable", key=f"run.signals.{i}", value=brief(name), cure=cure)
+    return set(signals)
+
+
+def columns(period, k, part, reference: Reference, row, book, contour, wrench, state, signals) -> dict[str, np.ndarray]:
+    """The variables of samples k ..., thinned by the slice `part`; those of SHARED without the axis of the runs.
+
+    `row` has the kernel's signals, `wrench` (6,) or (runs, 6) what acts on the tool.
+    """
+    z = row["z"][part]
+    x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
+    x_r = reference.x[part][:, 3:]
+    x_r = x_r if z.ndim == 2 else x_r[:, None]
+    x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
+    found = {
+        "t": (np.arange(k, k + len(row["z"]))[part]) * period,
+        "x_r": reference.x[part], "x": x, "xd_r": reference.xd[part], "xd": row["v"][part],
+        "q_r": reference.q[part], "s_r": book.s[part],
+        "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
+        "wrench": np.broadcast_to(wrench, (len(z), *np.shape(wrench))),
+    }  # fmt: skip
+    found |= {name: row[name][part] for name in ("q", "q_m", "u_c", "u", "friction", "saturated")}
+    found |= {name: value[part] for name, value in contour._asdict().items()}
+    for name, where in fields(state).items():
+        owner, values = "controller." + name, row["law"][part][..., where]
+        found[name if name.startswith("observer.") else owner] = values[..., 0] if values.shape[-1] == 1 else values
+    if "memory" in row:
+        found["plant.friction_memory"] = row["memory"][part]
+    found |= joints.columns(row, part, joints.asked(signals))
+    if signals is not None:
+        found = {name: value for name, value in found.items() if name == "t" or name in signals}
+    return {name: np.ascontiguousarray(value) for name, value in found.items()}
+
+
+def told(law, name: str) -> tuple:
+    """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
+    if name == "plant.friction_memory":
+        return ("joint",), "m", "deflection of the friction's bristles"
+    if name in joints.FORCES:
+        return joints.FORCES[name][1]
+    said = law.states.get(name.removeprefix("controller."))
+    return (None, "", "") if said is None else ((said[0],), said[1], said[2])
+
+
+def explain(stop, machine, motion, period: float, trip=None) -> RunError:
+    """The kernel's stop as an error of the true machine, with time and NC line."""
+    line = int(motion.book(stop.tick, stop.tick + 1, period).line[0])
+    place = f"NC line {line}" if line else None
+    if stop.reason == "not finite":
+        return DivergedError(
+            f"{stop.signal} is no longer finite",
+            where=place,
+            key=stop.label,
+            value=str(stop.value),
+            time=stop.time,
+            cure="the loop is most likely unstable: lower the bandwidth or shorten the period",
+        )
+    joint = stop.index - len(machine.limit_names)
+    if joint >= 0:
+        qd_r = motion.sample(stop.tick, stop.tick + 1, period).qd[0, joint]
+        return tripped(machine, trip, joint, qd_r, stop, place)
+    return beyond(machine, stop.index, stop.value, place, stop.time)

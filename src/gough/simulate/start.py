@@ -1,0 +1,83 @@
+"""How a run starts: the plant at rest at the first reference, the law so that nothing moves, the tick as scheduled."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import ExperimentError
+from ..frames import quaternion_of_abc_np
+from ..kernel import Schedule
+from ..program.reference import Reference
+from . import faults, joints, tick
+from .trip import Trip, where_in, with_trip
+
+
+class Start(NamedTuple):
+    """One run at rest."""
+
+    z: np.ndarray  # coordinates of the true machine
+    law: Any  # the law's first state
+    u: np.ndarray  # joint forces, (n,) N
+
+
+def at_rest(believed, true, law, wrench, row: Reference) -> Start:
+    """The true machine at the joints of the first reference `row`, held against `wrench`.
+
+    Raises
+    ------
+    KinematicsError, WorkspaceError, SingularityError
+        the true machine cannot stand there.
+    """
+    x0, d = row.x, len(believed.task)
+    if np.abs(true.inverse_kinematics(x0) - row.q).max() > 1e-12:  # joints as read, on the true geometry
+        x0 = true.forward_kinematics(row.q, near=x0)
+    u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), wrench)
+    return Start(np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]), law.init(row, u0), u0)
+
+
+def schedule_of(
+    true, law, state, row: Reference, period: float, substeps: int, count: int, trip: Trip | None, signals=None
+) -> Schedule:
+    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, and forces in the joints
+    where `signals` asks for them."""
+    schedule = tick.build(true, law, state, row, period, substeps)
+    schedule = joints.with_reactions(schedule, true, joints.asked(signals))
+    n = true.joints_count
+    if trip is not None:
+        schedule = with_trip(schedule, n, *where_in(row))
+    return faults.with_faults(schedule, n, count) if count else schedule
+
+
+def parameters(true, law, plant, period: float, count: int, trip: Trip | None) -> dict[str, np.ndarray]:
+    """The parameters of one run of that schedule."""
+    found = {"theta_plant": true.theta, "theta_law": law.theta, "wrench": plant.wrench}
+    if trip is not None:
+        found["trip"] = np.array(trip)
+    if count:
+        found["faults"] = faults.numbers(plant.faults, count, period)
+    return found
+
+
+def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.ndarray]:
+    """The states at rest of one run of that schedule."""
+    found = tick.first_states(schedule, start.z, start.law, start.u)
+    return found | ({"held": row.q} if "held" in found else {})
+
+
+def inputs(reference: Reference, k: int, count: int) -> dict[str, np.ndarray]:
+    """The tables of samples k ..., for that schedule."""
+    found = {"reference": np.concatenate(reference, axis=1)}
+    return found | ({"clock": np.arange(k, k + len(reference.x), dtype=float)} if count else {})
+
+
+def check_faults(plant, machine, key: str = "plant.faults") -> int:
+    """How many faults of encoders a plant has.  ExperimentError where the machine has no such joint."""
+    for i, fault in enumerate(plant.faults):
+        if fault.joint > machine.joints_count:
+            raise ExperimentError(
+                "the machine has no such joint", key=f"{key}.{i}.joint", value=str(fault.joint),
+                limit=f"{machine.joints_count}",
+            )  # fmt: skip
+    return len(plant.faults)

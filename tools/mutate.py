@@ -1,0 +1,322 @@
+"""make mutate: plants one sign error at a time in the equations, and says which tests see it.
+
+A mutant is a module of gough with one sign changed: a + b to a - b and back, -a to a, += to -= and back.  Signs that
+are not of equations are left alone: in indices, in range(), in texts, in functions that only check or draw.  Each
+mutant lives in a process of its own, forked from one that has NumPy, CasADi and pytest loaded but no gough; the
+module's tests are run there until the first that fails.  No file is changed.
+
+    python tools/mutate.py                     all; writes docs/mutation.md
+    python tools/mutate.py machine/strut.py    some; prints only
+    --workers N --list
+
+Exit status 1 if a sign error was seen by no test, and is not in EQUIVALENT with the reason why it changes nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import importlib
+import importlib.abc
+import importlib.util
+import os
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SRC = ROOT / "src" / "gough"
+LONGEST = 300  # s; a mutant that runs longer hangs, and a test that hangs is seen
+
+_DYNAMICS = [f"tests/machine/test_{name}.py" for name in ("hexapod_dynamics", "reactions", "signs")]
+_MACHINE = [
+    *_DYNAMICS,
+    "tests/machine/test_kinematics.py",
+    "tests/machine/test_arrays.py",
+    "tests/machine/test_energy.py",
+]
+
+_RUN = ["tests/simulate/test_run.py", "tests/simulate/test_plant.py"]
+
+# module -> its tests, the likeliest first, and functions whose signs are of no equation
+MODULES: dict[str, tuple[list[str], set[str]]] = {
+    "frames.py": (["tests/test_frames.py", "tests/test_series.py", "tests/conventions", *_DYNAMICS], set()),
+    "machine/hexapod.py": ([*_MACHINE, "tests/machine/test_faults.py"], {"_outline", "drawing", "_sound"}),
+    "machine/strut.py": (_MACHINE, set()),
+    "machine/strut_bodies.py": (_MACHINE, set()),
+    "machine/strut_motion.py": (_MACHINE, set()),
+    "machine/joint_forces.py": (_MACHINE[1:] + _MACHINE[:1], {"_check_overlap", "load_count"}),
+    "machine/reactions.py": (_MACHINE[1:] + _MACHINE[:1], set()),
+    "machine/arrays.py": (_MACHINE, {"column", "run", "_check_finite", "check_determinant"}),
+    "mechanics/bodies.py": (["tests/mechanics/test_bodies.py", *_DYNAMICS], set()),
+    "mechanics/friction.py": (["tests/mechanics", "tests/test_series.py", *_MACHINE[-1:]], {"_ordered"}),
+    "mechanics/load_friction.py": (["tests/machine/test_signs.py", "tests/mechanics", *_MACHINE[-1:]], {"_ordered"}),
+    "mechanics/linear.py": (["tests/mechanics/test_linear.py"], set()),
+    "simulate/tick.py": ([*_MACHINE[-1:], *_RUN, "tests/mechanics/test_friction.py"], {"build"}),
+    "simulate/drive.py": (_RUN, set()),
+}  # fmt: skip
+
+# functions of arrays whose arguments -1, -2 are axes
+AXES = {
+    "reshape",
+    "moveaxis",
+    "swapaxes",
+    "stack",
+    "concatenate",
+    "norm",
+    "sum",
+    "argmax",
+    "max",
+    "min",
+    "take_along_axis",
+}
+
+# "module: line's text -> changed piece": why it changes nothing that anyone could see
+EQUIVALENT: dict[str, str] = {
+    "machine/strut_motion.py: P_nud = (self.a_B - axial * n - 2 * self.ld * self.nu) / l [self.a_B - axial * n]": (
+        "only n x P nu' is used, which knows nothing of a part along n"
+    ),
+}
+
+
+class Mutant:
+    """One changed sign of one module."""
+
+    def __init__(self, module: str, node: ast.AST, piece: str, line: str):
+        self.module, self.place = module, (node.lineno, node.col_offset, type(node).__name__)
+        self.piece, self.line = piece, line
+
+    @property
+    def key(self) -> str:
+        """What EQUIVALENT calls it."""
+        return f"{self.module}: {self.line} [{self.piece}]"
+
+    def code(self):
+        """The module with the change, compiled."""
+        path = SRC / self.module
+        tree = ast.parse(path.read_text())
+        for node in ast.walk(tree):
+            if type(node).__name__ == self.place[2] and (node.lineno, node.col_offset) == self.place[:2]:
+                other = _changed(node)
+                if other is not None and ast.unparse(node) == self.piece:
+                    for parent in ast.walk(tree):
+                        _replace(parent, node, other)
+                    break
+        return compile(ast.fix_missing_locations(tree), str(path), "exec")
+
+
+_FLIP = {ast.Add: ast.Sub, ast.Sub: ast.Add}
+
+
+def _changed(node):
+    if isinstance(node, ast.BinOp) and type(node.op) in _FLIP:
+        return ast.BinOp(node.left, _FLIP[type(node.op)](), node.right)
+    if isinstance(node, ast.AugAssign) and type(node.op) in _FLIP:
+        return ast.AugAssign(node.target, _FLIP[type(node.op)](), node.value)
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        return node.operand
+    return None
+
+
+def _replace(parent, old, new):
+    for name, value in ast.iter_fields(parent):
+        if value is old:
+            setattr(parent, name, new)
+        elif isinstance(value, list) and any(item is old for item in value):
+            setattr(parent, name, [new if item is old else item for item in value])
+
+
+def mutants(module: str) -> list[Mutant]:
+    """Every sign of the equations of a module, in order."""
+    source = (SRC / module).read_text()
+    lines, found = source.splitlines(), []
+    skipped = MODULES[module][1]
+
+    def visit(node):
+        if isinstance(node, ast.JoinedStr | ast.Raise | ast.arguments | ast.AnnAssign):
+            return
+        if isinstance(node, ast.FunctionDef) and node.name in skipped:
+            return
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("range", "quantity", "InputError"):
+            return
+        texts = [n for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
+        lists = isinstance(node, ast.BinOp | ast.AugAssign) and any(
+            isinstance(n, ast.List | ast.Tuple | ast.ListComp) for n in ast.iter_child_nodes(node)
+        )
+        if _changed(node) is not None and not (
+            lists or (texts and isinstance(node, ast.BinOp | ast.AugAssign) and _joins(node))
+        ):
+            found.append(Mutant(module, node, ast.unparse(node), lines[node.lineno - 1].strip()))
+        for child in ast.iter_child_nodes(node):
+            if isinstance(node, ast.Subscript) and child is node.slice:
+                continue
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in AXES and _axis(child):
+                continue
+            visit(child)
+
+    visit(ast.parse(source))
+    return found
+
+
+def _axis(node) -> bool:
+    """-1, or axis=-1: which axis, or how long, of an array."""
+    value = node.value if isinstance(node, ast.keyword) else node
+    return isinstance(value, ast.UnaryOp) and isinstance(value.operand, ast.Constant)
+
+
+def _joins(node) -> bool:
+    """Whether a sum puts texts, lists or tuples together."""
+    sides = (node.left, node.right) if isinstance(node, ast.BinOp) else (node.target, node.value)
+    return any(
+        isinstance(s, ast.Constant | ast.JoinedStr | ast.IfExp | ast.List | ast.Tuple) and not _number(s) for s in sides
+    )
+
+
+def _number(node) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, int | float)
+
+
+class _Loader(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Gives one module of gough its mutant's code."""
+
+    def __init__(self, mutant: Mutant):
+        self.name = "gough." + mutant.module.removesuffix(".py").replace("/", ".")
+        self.code, self.path = mutant.code(), SRC / mutant.module
+
+    def find_spec(self, name, path=None, target=None):
+        if name != self.name:
+            return None
+        return importlib.util.spec_from_file_location(name, self.path, loader=self)
+
+    def create_module(self, spec):
+        return None
+
+    def exec_module(self, module):
+        exec(self.code, module.__dict__)
+
+
+def _child(mutant: Mutant | None, tests: list[str], log: Path) -> None:
+    """In the forked process: run the tests on the mutant (None: on gough as it is); ends the process."""
+    out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(out, 1)
+    os.dup2(out, 2)
+    os.environ["GOUGH_CACHE"] = str(log.parent / "cache")
+    sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
+    os.chdir(ROOT)
+    if mutant is not None:
+        sys.meta_path.insert(0, _Loader(mutant))
+    import pytest
+
+    status = 3
+    with contextlib.suppress(BaseException):
+        status = pytest.main([*tests, "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--no-header"])
+    os._exit(int(status))
+
+
+def run(jobs: list[tuple[Mutant | None, list[str]]], workers: int, folder: Path, tell, limit: float = LONGEST):
+    """Exit status of each job, in processes of their own, `workers` at a time; "hangs" after `limit` s."""
+    results: dict[int, tuple[object, Path]] = {}
+    running: dict[int, tuple[int, float, Path]] = {}
+    todo = list(enumerate(jobs))
+    while todo or running:
+        while todo and len(running) < workers:
+            number, (mutant, tests) = todo.pop(0)
+            log = folder / f"{number}.log"
+            pid = os.fork()
+            if pid == 0:
+                _child(mutant, tests, log)
+            running[pid] = (number, time.monotonic(), log)
+        time.sleep(0.05)
+        for pid, (number, start, log) in list(running.items()):
+            done, status = os.waitpid(pid, os.WNOHANG)
+            late = time.monotonic() - start > limit
+            if not done and late:
+                os.kill(pid, signal.SIGKILL)
+                os.waitpid(pid, 0)
+            if done or late:
+                results[number] = ("hangs" if late and not done else os.waitstatus_to_exitcode(status), log)
+                del running[pid]
+                tell(number, *results[number])
+    return [results[k] for k in range(len(jobs))]
+
+
+def first_failure(log: Path) -> str:
+    """The test that saw a mutant, from what pytest printed."""
+    for line in log.read_text(errors="replace").splitlines():
+        if line.startswith(("FAILED ", "ERROR ")):
+            return line.split(" ", 1)[1].partition(" - ")[0]
+    return "gough did not even import"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("modules", nargs="*", help="modules below src/gough; all if none is given")
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--list", action="store_true", help="only list the mutants")
+    given = parser.parse_args()
+    chosen = given.modules or list(MODULES)
+    planted = [mutant for module in chosen for mutant in mutants(module)]
+    if given.list:
+        for mutant in planted:
+            print(mutant.key)
+        return 0
+    for name in ("casadi", "h5py", "llvmlite.binding", "pydantic", "pytest", "scipy.linalg", "xarray"):
+        importlib.import_module(name)  # once, before the forks
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        suites = {module: MODULES[module][0] for module in chosen}
+        every = sorted({test for tests in suites.values() for test in tests})
+        every = [test for test in every if not any(test.startswith(f"{other}/") for other in every)]
+        # once without a mutant: must be right, and fills the cache of compiled code
+        ((status, log),) = run([(None, every)], 1, folder, lambda *_: None, 3600)
+        if status != 0:
+            print(f"the tests fail without any mutant: {first_failure(log)}", flush=True)
+            return 2
+        rows: dict[int, tuple[str, str]] = {}
+
+        def tell(number, status, log):
+            mutant = planted[number]
+            by = "" if status == 0 else ("a test that no longer ends" if status == "hangs" else first_failure(log))
+            said = f"caught by {by}" if by else ("equivalent" if mutant.key in EQUIVALENT else "NOT CAUGHT")
+            rows[number] = (said, by)
+            print(f"{mutant.module}:{mutant.place[0]}: {mutant.piece}   {said}", flush=True)
+
+        run([(mutant, suites[mutant.module]) for mutant in planted], given.workers, folder, tell)
+    missed = [m for k, m in enumerate(planted) if rows[k][0] == "NOT CAUGHT"]
+    print(f"{len(planted)} sign errors, {len(missed)} not caught")
+    for mutant in missed:
+        print("NOT CAUGHT", mutant.key)
+    if not given.modules:
+        write(planted, rows)
+    return 1 if missed else 0
+
+
+def write(planted, rows) -> None:
+    """docs/mutation.md: what was planted, and which test saw it."""
+    text = [
+        "# Planted sign errors",
+        "",
+        "Written by `make mutate`: every sign in the equations changed, one at a time.",
+        "",
+    ]
+    caught = sum(bool(by) for _, by in rows.values())
+    text += [f"{len(planted)} planted, {caught} caught.", ""]
+    for module in dict.fromkeys(m.module for m in planted):
+        text += [f"## {module}", "", "| line | changed | seen by |", "|---|---|---|"]
+        for number, mutant in enumerate(planted):
+            if mutant.module == module:
+                said, by = rows[number]
+                by = by or (EQUIVALENT.get(mutant.key) if said == "equivalent" else "**nothing**")
+                piece = mutant.piece if len(mutant.piece) < 70 else mutant.piece[:67] + "..."
+                cells = (str(mutant.place[0]), f"`{piece}`", str(by))
+                text.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        text.append("")
+    (ROOT / "docs" / "mutation.md").write_text("\n".join(text))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
