@@ -39,7 +39,7 @@ _MACHINE = [
     "tests/machine/test_energy.py",
 ]
 
-_RUN = ["tests/simulate/test_run.py", "tests/simulate/test_plant.py"]
+_RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
 # module -> its tests, the likeliest first, and functions whose signs are of no equation
 MODULES: dict[str, tuple[list[str], set[str]]] = {
@@ -55,7 +55,7 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "mechanics/friction.py": (["tests/mechanics", "tests/test_series.py", *_MACHINE[-1:]], {"_ordered"}),
     "mechanics/load_friction.py": (["tests/machine/test_signs.py", "tests/mechanics", *_MACHINE[-1:]], {"_ordered"}),
     "mechanics/linear.py": (["tests/mechanics/test_linear.py"], set()),
-    "simulate/tick.py": ([*_MACHINE[-1:], *_RUN, "tests/mechanics/test_friction.py"], {"build"}),
+    "simulate/tick.py": ([_DYNAMICS[-1], "tests/oracle/test_pinocchio.py", *_RUN, *_MACHINE[-1:]], {"build"}),
     "simulate/drive.py": (_RUN, set()),
 }  # fmt: skip
 

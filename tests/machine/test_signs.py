@@ -11,6 +11,7 @@ from gough.machine import reactions
 from gough.machine.hexapod_parts import JointFriction
 from gough.machine.workspace import random_poses
 from gough.mechanics.load_friction import LoadStribeck
+from gough.simulate import tick
 
 
 def test_friction_between_the_tubes_takes_from_the_drive_what_the_joints_then_do_not_carry(nist):
@@ -94,3 +95,17 @@ def test_margins_are_what_is_left_of_stroke_cones_and_determinant(okuma):
             assert_allclose(left[f"{strut}: {end} joint beyond its cone"], cosine, atol=1e-14)
     ratio = np.linalg.det(okuma.jacobian(pose)) / np.linalg.det(okuma.jacobian(okuma.home))
     assert_allclose(left["near a singularity: det J against home"], ratio - okuma.limits.determinant, atol=1e-12)
+
+
+def test_friction_in_the_joints_slows_the_plant(okuma):
+    rubbing = okuma.replace(
+        **{"joints.friction": JointFriction(coefficient=0.3, platform_radius=0.05, base_radius=0.05)}
+    )
+    z = ca.DM(ca.evalf(ca.SX(okuma.coordinates_of(ca.DM(okuma.home)))))
+    v, u, w = ca.DM([0.1, 0.2, -0.1, 0.5, -0.4, 0.3]), ca.DM.zeros(6), ca.DM.zeros(6)
+    memory, loads = ca.DM.zeros(0), ca.DM([1000.0] * 12)
+    _, with_it = tick.rate(rubbing, rubbing, z, v, memory, u, w, loads)
+    _, without = tick.rate(okuma, okuma, z, v, memory, u, w, ca.DM.zeros(0))
+    M = okuma.mass_matrix(okuma.home)
+    power = np.array(v).ravel() @ M @ np.array(ca.evalf(ca.SX(with_it - without))).ravel()
+    assert power < -1  # W; 12 joints of 1 kN x 0.3 x 0.05 m, at some tenths of a rad/s each
