@@ -43,7 +43,7 @@ _PUBLIC = {
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...), gk.simulate.plant
+_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...)
 
 __all__ = [*_PUBLIC]
 
