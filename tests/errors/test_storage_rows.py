@@ -62,7 +62,9 @@ def test_f2_a_killed_run_leaves_the_old_results_and_the_next_one_cleans_up(gough
 @pytest.mark.full
 def test_f3_a_signal_ends_a_run_within_two_seconds_and_leaves_nothing(write, tmp_path, number, word, wait):
     write("f.toml", EXPERIMENT, LONG)
-    process = subprocess.Popen([*GOUGH, "run", "f.toml"], cwd=tmp_path, stdout=-1, stderr=-1, text=True)
+    # a job that a shell put into the background would ignore Ctrl-C, and so would all it starts
+    listen = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    process = subprocess.Popen([*GOUGH, "run", "f.toml"], cwd=tmp_path, stdout=-1, stderr=-1, text=True, **listen)
     assert process.stderr.readline() == "running pid\n"
     time.sleep(wait)
     assert process.poll() is None, "the run must be long enough to be interrupted"
