@@ -165,9 +165,7 @@ def export(
     loops: Annotated[
         str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
     ] = "default",
-    timestep: Annotated[
-        str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')
-    ] = None,
+    timestep: Annotated[str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,
