@@ -7,7 +7,7 @@ module's tests are run there until the first that fails.  No file is changed.
 
     python tools/mutate.py                     all; writes docs/mutation.md
     python tools/mutate.py machine/strut.py    some; prints only
-    --workers N --list
+    --workers N --list --minutes M             after M minutes no more are begun; the page says which were not run
 
 Exit status 1 if a sign error was seen by no test, and is not in EQUIVALENT with the reason why it changes nothing.
 """
@@ -216,12 +216,15 @@ def _child(mutant: Mutant | None, tests: list[str], log: Path) -> None:
     os._exit(int(status))
 
 
-def run(jobs: list[tuple[Mutant | None, list[str]]], workers: int, folder: Path, tell, limit: float = LONGEST):
-    """Exit status of each job, in processes of their own, `workers` at a time; "hangs" after `limit` s."""
+def run(jobs, workers: int, folder: Path, tell, limit: float = LONGEST, until: float = float("inf")):
+    """Exit status of each job (mutant or None, tests), in processes of their own, `workers` at a time; "hangs" after
+    `limit` s.  None is begun after `until`, and its status is None."""
     results: dict[int, tuple[object, Path]] = {}
     running: dict[int, tuple[int, float, Path]] = {}
     todo = list(enumerate(jobs))
     while todo or running:
+        if time.monotonic() > until:
+            todo = []
         while todo and len(running) < workers:
             number, (mutant, tests) = todo.pop(0)
             log = folder / f"{number}.log"
@@ -240,7 +243,7 @@ def run(jobs: list[tuple[Mutant | None, list[str]]], workers: int, folder: Path,
                 results[number] = ("hangs" if late and not done else os.waitstatus_to_exitcode(status), log)
                 del running[pid]
                 tell(number, *results[number])
-    return [results[k] for k in range(len(jobs))]
+    return [results.get(k, (None, folder)) for k in range(len(jobs))]
 
 
 def first_failure(log: Path) -> str:
@@ -255,6 +258,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("modules", nargs="*", help="modules below src/gough; all if none is given")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--minutes", type=float, default=float("inf"))
     parser.add_argument("--list", action="store_true", help="only list the mutants")
     given = parser.parse_args()
     chosen = given.modules or list(MODULES)
@@ -285,9 +289,10 @@ def main() -> int:
             rows[number] = (said, by)
             print(f"{mutant.module}:{mutant.place[0]}: {mutant.piece}   {said}", flush=True)
 
-        run([(mutant, suites[mutant.module]) for mutant in planted], given.workers, folder, tell)
-    missed = [m for k, m in enumerate(planted) if rows[k][0] == "NOT CAUGHT"]
-    print(f"{len(planted)} sign errors, {len(missed)} not caught")
+        until = time.monotonic() + 60 * given.minutes
+        run([(mutant, suites[mutant.module]) for mutant in planted], given.workers, folder, tell, until=until)
+    missed = [planted[k] for k in sorted(rows) if rows[k][0] == "NOT CAUGHT"]
+    print(f"{len(rows)} of {len(planted)} sign errors planted, {len(missed)} not caught")
     for mutant in missed:
         print("NOT CAUGHT", mutant.key)
     if not given.modules:
@@ -304,12 +309,16 @@ def write(planted, rows) -> None:
         "",
     ]
     caught = sum(bool(by) for _, by in rows.values())
-    text += [f"{len(planted)} planted, {caught} caught.", ""]
+    unseen = sum(not by and said == "NOT CAUGHT" for said, by in rows.values())
+    text += [
+        f"{len(planted)} signs; {len(rows)} planted, {caught} caught, {unseen} not; the others change nothing.",
+        "",
+    ]
     for module in dict.fromkeys(m.module for m in planted):
         text += [f"## {module}", "", "| line | changed | seen by |", "|---|---|---|"]
         for number, mutant in enumerate(planted):
             if mutant.module == module:
-                said, by = rows[number]
+                said, by = rows.get(number, ("", "not run in this campaign"))
                 by = by or (EQUIVALENT.get(mutant.key) if said == "equivalent" else "**nothing**")
                 piece = mutant.piece if len(mutant.piece) < 70 else mutant.piece[:67] + "..."
                 cells = (str(mutant.place[0]), f"`{piece}`", str(by))
