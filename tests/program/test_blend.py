@@ -42,6 +42,7 @@ def deviation(path, found, n):
     return out, sagitta
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", PATHS)
 def test_blend_and_path_stay_within_the_tolerance_of_each_other(name):
     path = random_path(1, 90, **PATHS[name])

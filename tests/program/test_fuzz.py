@@ -20,6 +20,7 @@ def fuzz(count, seconds):
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds)
 
 
+@pytest.mark.full
 def test_damaged_programs_are_read_or_refused():
     done = fuzz(os.environ.get("GOUGH_FUZZ", 2_000), 300)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]

@@ -123,6 +123,7 @@ def test_sharp_corners_long_lines_rapids_rests_and_other_tolerances_end_a_run():
     assert (path.kind == CURVE).sum() > 50
 
 
+@pytest.mark.full
 def test_a_surface_of_fifty_thousand_lines_is_planned_in_seconds_and_runs_without_a_stop():
     points, abc = surface(50_000, tilt=0.1)
     blocks = chain_of(points, abc=abc)

@@ -17,6 +17,9 @@ from gough.measure.reversal import STUDIES, reversals
 PERIOD = 2.5e-4  # with the sheet's encoder of 0.1 um: the case of MACHINES.md 1.3
 
 
+pytestmark = pytest.mark.full  # one turn of 25 s at 4 kHz
+
+
 @pytest.fixture(scope="module")
 def turn():
     machine = gk.load_machine("nist-octahedral")

@@ -74,6 +74,7 @@ def test_lanes_give_the_single_run_to_rounding(nist, lanes):
     assert one.metrics["contour_error"]["max"] == pytest.approx(alone.metrics["contour_error"]["max"], abs=1.1e-10)
 
 
+@pytest.mark.full
 def test_no_bit_of_a_run_depends_on_its_neighbours_or_its_place(nist, plants, batch):
     noisy = [plant.replace(**{"machine.drive.noise": 1e-7}) for plant in plants]
     whole = gk.simulate(nist, LAW, SHORT, plant=noisy, seed=list(range(11)))
@@ -111,6 +112,7 @@ def test_metrics_of_a_batch_are_those_of_its_rows(batch):
     np.testing.assert_array_equal(gk.measure(batch).strut_force["peak"], np.abs(batch["u"]).max((0, 2)))
 
 
+@pytest.mark.full
 def test_memory_without_rows_grows_neither_with_the_program_nor_much_with_the_runs(nist):
     """Flat: three times as long, the same peak, but for the kernel's own chunk; and some kB a run."""
 

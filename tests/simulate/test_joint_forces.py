@@ -149,6 +149,7 @@ def test_the_load_gain_bounds_what_an_acceleration_makes_of_itself(nist):
     assert 0.02 < worst < stability.load_gain(nist)
 
 
+@pytest.mark.full
 def test_the_loads_enter_one_sub_step_late_and_only_so(nist):
     """Halving the sub-step halves the difference to fine steps: the lag is the only error of first order."""
     loud = nist.replace(

@@ -46,6 +46,7 @@ def test_the_demo_prints_what_the_readme_says(tmp_path):
     assert text_of(again.stdout) == text_of(done.stdout), again.stderr
 
 
+@pytest.mark.full
 def test_the_python_of_the_readme_prints_what_it_says():
     code, shown = re.search(r"```python\n(.*?)```\n```text\n(.*?)```", README, re.S).groups()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -53,6 +54,7 @@ def test_the_python_of_the_readme_prints_what_it_says():
     assert_same(shown, done.stdout)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("0*.py")), ids=lambda p: p.stem)
 def test_the_example_runs_and_its_assertions_hold(path):
     assert "assert" in path.read_text(), "an example asserts something physical"
@@ -60,6 +62,7 @@ def test_the_example_runs_and_its_assertions_hold(path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda p: p.stem)
 def test_the_example_experiment_is_found_right(path):
     done = subprocess.run([*CLI, "check", path], capture_output=True, text=True)

@@ -33,6 +33,7 @@ def refused(text):
     return False
 
 
+@pytest.mark.full
 def test_an_arc_is_refused_where_linuxcnc_refuses_it(tmp_path):
     if missing():
         pytest.skip(missing())

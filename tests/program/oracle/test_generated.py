@@ -79,6 +79,7 @@ def test_a_shipped_program_moves_as_linuxcnc_moves_it(file, tmp_path):
     assert not found, "\n".join(found[0][1])
 
 
+@pytest.mark.full
 def test_generated_programs_move_as_linuxcnc_moves_them(tmp_path):
     seeds = range(SEED, SEED + QUICK)
     found = list(compare([Writer(seed).text for seed in seeds], tmp_path))
