@@ -122,7 +122,7 @@ def trouble(text: str) -> str:
             if not (np.isfinite(ends).all() and np.isfinite(path.s0).all() and np.isfinite(path.turn).all()):
                 return "a number that is not finite"
     except ProgramError as error:
-        return _told_badly(error) or REFUSED
+        return _told_badly(error.at(file="part.ngc")) or REFUSED
     except Slow:
         return f"longer than {SECONDS} s"
     except BaseException as error:

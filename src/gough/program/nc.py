@@ -105,4 +105,7 @@ def nc_program(make, text: str, name: str, folders: Iterable[FilePath], **option
 
 @functools.lru_cache(maxsize=2)
 def _path(program: NCProgram) -> Path:
-    return Path(program._read(program.text, program.subroutines))
+    try:
+        return Path(program._read(program.text, program.subroutines))
+    except ProgramError as error:  # of the path; those of the text have their file
+        raise error.at(file=program.name) from None
