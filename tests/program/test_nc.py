@@ -347,4 +347,4 @@ def test_the_blocks_of_a_program_can_be_printed(folder):
 def test_what_is_wrong_with_the_path_of_a_program_names_its_file_too():
     with pytest.raises(ProgramError) as caught:
         NCProgram(text="G0 X900000\no1 repeat [1200]\nX0\nX900000\no1 endrepeat\nM2", name="part.ngc")
-    assert str(caught.value) == "part.ngc:4: a path is at most 1000 km long, got 2160.9 km"
+    assert str(caught.value) == "part.ngc:3: a path is at most 1000 km long, got 2160.9 km"
