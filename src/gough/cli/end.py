@@ -11,9 +11,11 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ..errors import ExperimentError, GoughError
+from ..files import write_atomic
 from ..names import printable
 
 INTERRUPTED = 130
@@ -41,6 +43,26 @@ class Outcome:
         """The command did what it could, and the run failed."""
         self.data.update(status="failed", error=error.to_json())
         tell(error)
+
+
+def deliver(text: str, out: Path | None, force: bool, outcome: Outcome) -> bool:
+    """Put the text that a command made on stdout, or into the file `out`; whether it went into a file.
+
+    Raises
+    ------
+    ExperimentError
+        there is a file already, and no `force`.
+    """
+    if out is None:
+        outcome.data["text"] = text
+        if not outcome.as_json:
+            outcome.say(text.rstrip())
+        return False
+    if out.exists() and not force:
+        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
+    write_atomic(out, text)
+    outcome.data["file"] = str(out)
+    return True
 
 
 def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: bool, inner: bool = False) -> int:

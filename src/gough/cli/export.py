@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import ExperimentError
 from ..export import TARGETS, export
-from ..files import write_atomic
 from ..machine.sheet import load_machine
 from ..units import to_si
-from .end import Outcome
+from .end import Outcome, deliver
 
 
 def export_file(
@@ -20,13 +18,5 @@ def export_file(
     step = None if timestep is None else to_si(timestep, "s")
     text = export(machine, target, loops=loops, timestep=step)
     outcome.data.update(name=machine.name, target=target)
-    if out is None:
-        outcome.data["text"] = text
-        if not outcome.as_json:
-            outcome.say(text.rstrip())
-        return
-    if out.exists() and not force:
-        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
-    write_atomic(out, text)
-    outcome.data["file"] = str(out)
-    outcome.say(f"{out} is written: {TARGETS[target][1]} of {machine.name}")
+    if deliver(text, out, force, outcome):
+        outcome.say(f"{out} is written: {TARGETS[target][1]} of {machine.name}")

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import ExperimentError, did_you_mean
-from ..files import write_atomic
-from .end import Outcome
+from .end import Outcome, deliver
 
 MACHINE = """\
 # A hexapod of one's own: six struts between a base and a platform that carries the tool.
@@ -181,14 +180,5 @@ def write_template(what: str, out: Path | None, force: bool, outcome: Outcome) -
         raise ExperimentError(
             "nothing of this name to start from", value=ascii(what), cure=did_you_mean(what, TEMPLATES)
         )
-    text = TEMPLATES[what]
-    if out is None:
-        outcome.data["text"] = text
-        if not outcome.as_json:
-            outcome.say(text.rstrip())
-        return
-    if out.exists() and not force:
-        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
-    write_atomic(out, text)
-    outcome.data["file"] = str(out)
-    outcome.say(f"{out} is written; next: gough check {out}")
+    if deliver(TEMPLATES[what], out, force, outcome):
+        outcome.say(f"{out} is written; next: gough check {out}")
