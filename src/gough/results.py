@@ -22,7 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .errors import ExperimentError, StorageError
-from .files import storage_error, sync
+from .files import storage_error, sync, write_atomic
 
 MARKER = ".gough"
 
@@ -113,7 +113,8 @@ def _finish(partial: Path, target: Path) -> None:
         _carry_along(target, partial)
     if replace:
         marker = {"schema": "gough-results-1", "finished": True, "files": made}
-        (partial / MARKER).write_text(json.dumps(marker, indent=1) + "\n")
+        # in one step: a folder with files and a marker cut short by a kill would be nobody's
+        write_atomic(partial / MARKER, json.dumps(marker, indent=1) + "\n")
     for entry in partial.rglob("*"):
         sync(entry)
     sync(partial)
