@@ -131,24 +131,6 @@ def test_percent_ends_what_percent_began():
     assert len(Path(read_program("\n %\nG0 X1\nM30\n%\n"))) == 1
 
 
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        ("", "1: the program has no end; write M2 or M30 as its last line"),
-        ("G0 X1\n\n", "1: the program has no end; write M2 or M30 as its last line"),
-        ("%\nG0 X1\n", '2: the program has no end; write "%" or M2 as its last line'),
-        ("%", '1: the program has no end; write "%" or M2 as its last line'),
-        ("M2", "1: the program moves nothing; write a G0 or G1 with an axis word"),
-        ("%\n%", "2: the program moves nothing; write a G0 or G1 with an axis word"),
-        ("G0 X1\nM2\nG0 X2", "3: a block behind the end of the program, got 'G0 X2'; remove it"),
-    ],
-)
-def test_a_program_has_an_end_and_moves(text, message):
-    with pytest.raises(ProgramError) as caught:
-        read_program(text, "part.ngc")
-    assert str(caught.value) == f"part.ngc:{message}"
-
-
 def test_every_problem_of_a_file_is_told_at_once_and_none_that_follows_from_another():
     text = "G1 X10\nG1 Y10\nG5 X3\nX1,5\nG2 X3\nM2\n"
     with pytest.raises(ProgramError) as caught:

@@ -50,6 +50,7 @@ def test_a_path_is_made_of_any_program():
         ("", "1: the program has no end; write M2 or M30 as its last line"),
         ("G0 X1\n\n", "1: the program has no end; write M2 or M30 as its last line"),
         ("%\nG0 X1\n", '2: the program has no end; write "%" or M2 as its last line'),
+        ("%", '1: the program has no end; write "%" or M2 as its last line'),
         ("M2", "1: the program moves nothing; write a G0 or G1 with an axis word"),
         ("%\n%", "2: the program moves nothing; write a G0 or G1 with an axis word"),
         ("M3 S9\nG0\nM30\n", "3: the program moves nothing; write a G0 or G1 with an axis word"),
