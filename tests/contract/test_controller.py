@@ -138,7 +138,7 @@ def test_numbers_are_told_apart_from_equations(law):
 
 
 def test_it_follows_a_slow_circle_within_its_band(law, machine):
-    """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward: the error is of acceleration."""
+    """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
     circle = gk.Circle(radius=0.05, feed=0.05)
     known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be
     log = gk.simulate(

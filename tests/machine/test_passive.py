@@ -1,4 +1,4 @@
-"""Inverse dynamics in two velocities: the skew symmetry that Lyapunov proofs need, and the same from Christoffel symbols."""
+"""Inverse dynamics in two velocities: the skew symmetry that Lyapunov proofs need; the same by Christoffel symbols."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LIBRARY = ["nist-octahedral", "okuma-pm600"]
 
 
 def general(name):
-    """A library machine whose tool stands off its platform's centre, with a full inertia: no term vanishes by chance."""
+    """A library machine with its mass off the tool tip and a full inertia: no term vanishes by chance."""
     machine = gk.load_machine(name)
     inertia = np.array([[12, 1.5, -0.8], [1.5, 11, 0.6], [-0.8, 0.6, 15]])
     return machine.replace(**{"platform.center": np.array([0.03, -0.02, 0.11]), "platform.inertia": inertia})

@@ -1,7 +1,7 @@
-"""Cartesian direct adaptive control with fuzzy friction compensation (FCDAC): friction is learned without a model of it.
+"""Cartesian direct adaptive control with fuzzy friction compensation (FCDAC): friction learned without a model.
 
-On sliding.py, eqs. (1)-(11), with one Takagi-Sugeno system of rules for every joint i: the speed x = q'_i belongs to rule k
-by a Gaussian, and what rule k says is linear in z,
+On sliding.py, eqs. (1)-(11), with one Takagi-Sugeno system of rules for every joint i: the speed x = q'_i belongs to
+rule k by a Gaussian, and what rule k says is linear in z,
 
     m_k = exp(-((x - c_k) / w_k)^2),    zeta = m / sum(m)                                                         (14)
     z = [1, x / x_0, sgn x, V_r'[0] / a_0, ...]                                                                   (15)
@@ -97,8 +97,8 @@ class FuzzyFriction(SlidingLaw):
         return (np.zeros(rows * np.size(self.centers) * self.machine.joints_count),)
 
     def friction(self, state, known: Known):
-        p, m, r = known.view, self.machine, known.r
-        rules, rows, n = np.size(self.centers), 3 + self.accelerations, m.joints_count
+        p, r = known.view, known.r
+        rules, rows = np.size(self.centers), 3 + self.accelerations
         turns = self.turns[: self.accelerations]
         feed = p.machine.feed
         scale = [feed.angular_acceleration if turning else feed.acceleration for turning in turns]

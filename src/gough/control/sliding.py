@@ -14,13 +14,13 @@ start beyond f (its model's error there), so that nothing moves.  (3)-(6), C by 
 in docs/theory/sliding.md with the proof that V = sigma' M sigma / 2 + theta~' g^-1 theta~ / 2 does not rise.
 
 Source: Garagic and Srinivasan, ACC 2004, eqs. (6)-(17), with these deviations:
- - The paper adds K_D sigma, a force on the platform, to motor torques; and its M* is not symmetric.  Its proof needs all of
-   (8) in Cartesian space and (10) after it: torque = K_a J' u in its letters.
+ - The paper adds K_D sigma, a force on the platform, to motor torques; and its M* is not symmetric.  Its proof needs
+   all of (8) in Cartesian space and (10) after it: the motors get K_a J' K_D sigma, in its letters.
  - Orientation is a rotation vector, not a difference of Euler angles; A_s is V_s' but for terms of second order in e.
  - One tau_0 / eps for m/s and rad/s is none for either: W weights them by the length l.
- - The regressor of (11) is taken at the reference motion (V_r, V_r') unless `regressor` is "actual".  The measured speed
-   stands in A_s and in sigma; the square of its noise drives the estimates to their bounds (4 kHz, 1 um).  What is
-   lost: (11) is then exact only to first order in sigma, and the proof asks for "actual".
+ - The regressor of (11) is taken at the reference motion (V_r, V_r') unless `regressor` is "actual".  The measured
+   speed stands in A_s and in sigma; the square of its noise drives the estimates to their bounds (4 kHz, 1 um).  What
+   is lost: (11) is then exact only to first order in sigma, and the proof asks for "actual".
  - Everything learned waits while a drive is saturated.
 """
 
@@ -40,8 +40,8 @@ from ..observe import forward
 from .adaptation import check_bounds, leak, learned
 from .base import Command, Controller, saturated
 
-# sigma' = -k sigma, held for a sample, its speed the mean of the last one: z^2 - z + k Ts (z + 1) / 2, and with a sample
-# of delay z^3 - z^2 + k Ts (z + 1) / 2, leave the unit circle at these k Ts
+# sigma' = -k sigma, held for a sample, its speed the mean of the last one: z^2 - z + k Ts (z + 1) / 2, and with a
+# sample of delay z^3 - z^2 + k Ts (z + 1) / 2, leave the unit circle at these k Ts
 FASTEST = {0: 2.0, 1: 2 * (np.sqrt(2) - 1)}
 
 
@@ -62,6 +62,9 @@ class Known(NamedTuple):
 class SlidingLaw(Controller):
     """Eqs. (1)-(11) without friction; a law adds its own."""
 
+    tuned: ClassVar = ("slope", "damping", "K_D")
+    adapted: ClassVar = ("parameters", "coulomb", "viscous", "weights")
+
     slope: float | Array = quantity("1/s", "L: the error decays so fast on the surface", above=0, shape=(-1,))
     damping: float | Array | None = quantity(
         "1/s", "rate at which the surface is reached, D of K_D = sqrt(D) M(home) sqrt(D)",
@@ -77,7 +80,7 @@ class SlidingLaw(Controller):
 
     adapt: list[str] | None = Field(
         None,
-        description='numbers of the sheet that are learned, "a + b" by one factor; the machine\'s own choice if left out',
+        description='numbers of the sheet to learn, "a + b" by one factor; the machine\'s choice if left out',
     )
     inertia_rate: float = quantity("1/J", "how fast inertial parameters are learned", default=0.3, at_least=0)
     bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,))
