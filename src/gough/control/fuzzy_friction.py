@@ -101,7 +101,7 @@ class FuzzyFriction(SlidingLaw):
         return law if law.friction_rate is not None else law.replace(friction_rate=law._critical_rate())
 
     def _critical_rate(self) -> np.ndarray:
-        """k^2 / (4 m) of each joint, the others free: there m s'' + k s' + G s = 0 of (8) and (17) has a double pole."""
+        """k^2 / (4 m) of each joint, the others free: a double pole of m s'' + k s' + G s = 0, (8) and (17)."""
         J, M = self.machine.jacobian(self.machine.home), self.machine.mass_matrix(self.machine.home)
         m, k = (1 / np.diag(J @ np.linalg.solve(A, J.T)) for A in (M, self.K_D))
         return k**2 / (4 * m)
