@@ -354,7 +354,7 @@ def test_a_law_that_does_not_fit_the_machine_is_told_with_its_line_and_every_one
         'radius = "50 mm"\nfeed = "3 m/min"\n' + table.format("robust_adaptive") + table.format("fuzzy_friction")
     )
     with pytest.raises(ExperimentError, match="sample time is too long") as error:
-        check_file(file, None, True, Outcome())
+        check_file(file, None, True, Outcome("check", False))
     assert [(p.line, p.key) for p in error.value.problems] == [
         (11, "controller.0.damping"), (15, "controller.1.damping"),
     ]  # fmt: skip
