@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError, Problem, SheetError, did_you_mean
 from ..files import Document, read_toml
 from ..names import check_name
-from .limits import check_loads
+from .strut_limits import check_loads
 
 if TYPE_CHECKING:
     from ..declare import Part
