@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from .base import Machine
 
 SCHEMA = "gough-machine-1"
-KINDS = {"hexapod": "gough.machine.hexapod:Hexapod"}  # imported when asked for
+KINDS = {  # imported when asked for
+    "hexapod": "gough.machine.hexapod:Hexapod",
+    "hexaglide": "gough.machine.hexaglide:Hexaglide",
+}
 
 
 def library() -> dict[str, Path]:
