@@ -230,6 +230,7 @@ def test_forces_do_not_depend_on_the_choice_of_W(machine, states):
     """Rails, gravity and motion turned together: the carriages notice nothing."""
     x, V, Vd, wrench = (piece[:100] for piece in states)
     Q = elementary(2, 0.7) @ elementary(1, -0.4) @ elementary(0, 0.3)
+
     def turned(v):
         return np.concatenate([v[:, :3] @ Q.T, v[:, 3:] @ Q.T], -1)
 

@@ -75,7 +75,9 @@ def test_a_leg_square_across_its_rail_is_refused_before_it_cannot_reach(eth):
 
 def test_a_carriage_beyond_an_end_of_its_rail_is_named(eth):
     far = eth.home + [0.6, 0, 0, 0, 0, 0]
-    with pytest.raises(WorkspaceError, match=r"carriage 6: beyond the end of its rail, got 1\.5368526 m \(limit 1\.5 m\)"):
+    with pytest.raises(
+        WorkspaceError, match=r"carriage 6: beyond the end of its rail, got 1\.5368526 m \(limit 1\.5 m\)"
+    ):
         check_poses(eth, far)
     with pytest.raises(WorkspaceError, match=r"carriage 5: beyond the start of its rail, got -1\.5368526 m"):
         check_poses(eth, eth.home - [0.6, 0, 0, 0, 0, 0])
@@ -183,7 +185,7 @@ def test_singular_poses_are_refused(wide):
     with pytest.raises(SingularityError, match="near a singularity: condition number of J"):
         check_poses(wide, x[: first + 1])
     steep = wide.replace(**{"limits.condition": 1e9})
-    with pytest.raises(SingularityError, match=r"near a singularity: det J against home, got -?0\.\d+ of it"):
+    with pytest.raises(SingularityError, match=f"det J against home, got {ratio[first]:.3g} of it"):
         check_poses(steep, x[: first + 1])
     with pytest.raises(SingularityError, match="the joints do not hold the platform here"):
         wide.inverse_dynamics(x[first], np.zeros(6), np.zeros(6))

@@ -79,9 +79,13 @@ class Paper:
         if printed:
             minus_skew = -minus_skew
         (wx, wy, wz), (ax, ay, az) = w, wd
-        Lambda = np.array([[-wy**2 - wz**2, -az + wx * wy, ay + wx * wz],
-                           [az + wx * wy, -wx**2 - wz**2, -ax + wy * wz],
-                           [-ay + wx * wz, ax + wy * wz, -wx**2 - wy**2]])  # fmt: skip  (14)
+        Lambda = np.array(
+            [
+                [-(wy**2) - wz**2, -az + wx * wy, ay + wx * wz],
+                [az + wx * wy, -(wx**2) - wz**2, -ax + wy * wz],
+                [-ay + wx * wz, ax + wy * wz, -(wx**2) - wy**2],
+            ]
+        )  # fmt: skip  (14)
         Psi_w = np.array([[ax, -wy * wz, wy * wz], [wx * wz, ay, -wx * wz], [-wx * wy, wx * wy, az]])  # (15)
         upper = np.hstack([a[:, None], R @ Lambda, np.zeros((3, 3))])
         lower = np.hstack([np.zeros((3, 1)), minus_skew @ R, R @ Psi_w])
