@@ -1,4 +1,4 @@
-"""The hexaglide against the energies of oracle/lagrange_hexaglide.py, and what is its own: branches, reach, rails, legs.
+"""The hexaglide against the energies of oracle/lagrange_hexaglide.py, and its own: branches, reach, rails, legs.
 
 What holds of every machine is in tests/contract/test_machine.py, Honegger's equations in tests/published.
 """
@@ -252,3 +252,17 @@ def test_a_direction_with_a_digit_off_only_scales_q(eth):
     assert_allclose(m.inverse_kinematics(x) * (1 + 5e-7), eth.inverse_kinematics(x), atol=1e-15)
     assert_allclose(m.jacobian(x) * (1 + 5e-7), eth.jacobian(x), atol=1e-14)
     assert_allclose(m.mass_matrix(x), eth.mass_matrix(x), rtol=0, atol=1e-11)
+
+
+def test_neglected_legs_cost_a_tenth_of_the_force_and_lumped_ones_a_thirtieth(eth, legs):
+    """docs/theory/hexaglide.md: legs of 8 kg, motions of 0.5 m/s and 5 m/s2 a component."""
+    lumped = eth.replace(**{"carriage.mass": 97.6 + 4.0})
+    for point in eth.joints.platform:
+        lumped = lumped.replace(platform=lumped.platform.joined(4.0, point))
+    rng = np.random.default_rng(0)
+    x = random_poses(eth, 2000, rng)
+    V = rng.normal(size=(2000, 6)) * [0.5, 0.5, 0.5, 0.3, 0.3, 0.3]
+    Vd = rng.normal(size=(2000, 6)) * [5, 5, 5, 3, 3, 3]
+    u = legs.inverse_dynamics(x, V, Vd)
+    cost = [np.sqrt(((m.inverse_dynamics(x, V, Vd) - u) ** 2).mean() / (u**2).mean()) for m in (eth, lumped)]
+    assert_allclose(cost, [0.10, 0.034], rtol=0.05)

@@ -196,7 +196,7 @@ def test_singular_poses_are_refused(wide):
 REFUSED = [
     ({"rails.side": [1, 1, -1, 1, -1, 1]}, "home: carriages 1 and 2 are in each other at home, got 0.16 m apart"),
     ({"rails.side": [0, 1, -1, 1, -1, 1]}, r"rails.side: is 1 or -1 for each carriage"),
-    ({"rails.direction": [[1, 0, 0]] * 5 + [[0.5, 0, 0]]}, "rails.direction: a direction must have length 1, got 0.5 for"),
+    ({"rails.direction": [[1, 0, 0]] * 5 + [[0.5, 0, 0]]}, "rails.direction: a direction must have length 1, got 0.5"),
     ({"rails.direction": [[1, 0, 0]] * 5 + [[0, 1, 0]]}, "carriages 5 and 6 run on one rail in different directions"),
     ({"legs.length": 0.5}, r"home: leg 1 cannot reach at home: misses by 135\.1 mm"),
     ({"legs.length": [1.0] * 5}, "legs.length: needs one value or six, got 5"),

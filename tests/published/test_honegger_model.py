@@ -25,7 +25,7 @@ def machine():
 
 @pytest.fixture(scope="module")
 def motions(machine):
-    """(x, x', x'' of the paper; x, V, V' of ours) of 200 random states: poses of the workspace, to 1 m/s and 1 rad/s."""
+    """(x, x', x'' of the paper; x, V, V' of ours) of 200 random states, to some m/s and rad/s."""
     rng, out = np.random.default_rng(1998), []
     for pose in random_poses(machine, 200, rng):
         x = np.r_[pose[:3], angles_of(rotation_of_abc_np(pose[3:]))]

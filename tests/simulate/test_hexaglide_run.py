@@ -50,8 +50,8 @@ def test_applied_forces_minus_friction_are_inverse_dynamics_of_the_motion(logs):
     wanted = eth().inverse_dynamics(*middle, mean)
     lost = (log["friction"][k] + log["friction"][k + 1]) / 2
     found = log["u"][k] - lost
-    # friction changes by up to 100 N within a sample at a reversal: compared where it is steady, to what the middle of a
-    # sample is off its mean: the motion's third derivatives, Ts^2 / 24 x 704 kg x 300 m/s4 = 0.01 N
+    # friction changes by up to 100 N within a sample at a reversal: compared where it is steady, to what the middle of
+    # a sample is off its mean: third derivatives of the motion, Ts^2 / 24 x 704 kg x 300 m/s4 = 0.01 N
     steady = np.abs(log["friction"][k + 1] - log["friction"][k]).max(1) < 0.5
     assert steady.sum() > 100
     assert np.abs(found - wanted)[steady].max() < 0.01  # N, of up to 500
