@@ -119,9 +119,9 @@ class Log:
     def joint_names(self) -> list[str]:
         """What the machine calls its joints, "carriage 1"; struts in a log that does not say."""
         told, count = self.info.get("joint_names"), self.dataset.sizes.get("joint", 6)
-        if isinstance(told, list) and len(told) == count:
-            if all(isinstance(name, str) and _JOINT.fullmatch(name) for name in told):
-                return told
+        right = isinstance(told, list) and len(told) == count
+        if right and all(isinstance(name, str) and _JOINT.fullmatch(name) for name in told):
+            return told
         return [f"strut {i + 1}" for i in range(count)]
 
     @property
