@@ -114,7 +114,8 @@ LONG = (
 
 
 def quick_and_slow(names):
-    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in names]
+    marks = dict.fromkeys(LONG, pytest.mark.slow) | {"general-hexaglide": pytest.mark.full}
+    return [pytest.param(name, marks=marks[name]) if name in marks else name for name in names]
 
 
 @pytest.mark.parametrize("name", quick_and_slow([*MACHINES, *HEXAGLIDES]))

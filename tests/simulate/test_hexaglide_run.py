@@ -32,6 +32,7 @@ def test_both_laws_run_the_published_circle(logs):
     assert 5e-6 < gk.measure(logs["computed_torque"]).contour_error["max"] < 1e-4
 
 
+@pytest.mark.full
 def test_without_friction_computed_torque_leaves_what_the_sample_time_leaves():
     log = gk.simulate(eth().frictionless(), gk.ComputedTorque(bandwidth=16.0), gk.Circle(radius=0.015, feed=0.1))
     steady = (log.t > 0.3) & (log.t < log.t[-1] - 0.4)
