@@ -21,7 +21,6 @@ import casadi as ca
 import numpy as np
 from pydantic import model_validator
 
-from .. import frames
 from ..declare import Array, quantity
 from ..errors import InputError
 from ..mechanics.linear import solve_square_transposed
@@ -46,6 +45,8 @@ class ComputedTorque(Controller):
         "started": ("twist", "N, N m", "force at rest that the model did not know"),
     }
 
+    tuned: ClassVar = ("bandwidth", "poles")
+
     kind: Literal["computed_torque"] = "computed_torque"
     bandwidth: float | None = quantity("Hz", "of the error: poles at (1, 1, 2) 2 pi bandwidth", default=None, above=0)
     poles: Array | None = quantity("1/s", "magnitudes of the three error poles", default=None, above=0, shape=(3,))
@@ -66,7 +67,7 @@ class ComputedTorque(Controller):
 
     def init(self, r0, u0) -> State:
         """The state from which the first step gives u0 at r0."""
-        z0 = np.array(ca.DM(self.machine.coordinates_of(ca.DM(np.ravel(r0.x))))).ravel()
+        z0 = self.machine.coordinates(np.ravel(r0.x))
         u_model = self.machine.inverse_dynamics(np.ravel(r0.x), np.zeros(6), np.zeros(6))
         missing = self.machine.jacobian(np.ravel(r0.x)).T @ (np.ravel(u0) - u_model)
         return State(forward.Pose(z0), np.zeros(6), missing)
@@ -75,8 +76,7 @@ class ComputedTorque(Controller):
         p, m = self.at(theta), self.machine
         z, V, observer = forward.estimate(m, p.machine, state.observer, y.q, p.period)
         K_D, K_P, K_I = self.gains(p)
-        turn = frames.quaternion_product(frames.quaternion_of_abc(r.x[3:]), frames.conjugate(z[3:]))
-        e = ca.vertcat(r.x[:3] - z[:3], frames.rotation_vector_of_quaternion(turn))
+        e = forward.pose_error(r.x, z)
         a = r.xdd + K_D * (r.xd - V) + K_P * e + K_I * state.integral
         pi = {key: value for key, (value, _) in m.inertial(p.machine).items()}
         force = m.inverse_force(p.machine, pi, z, V, a) + state.started
