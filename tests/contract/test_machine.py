@@ -157,6 +157,31 @@ def test_bias_does_no_work_but_that_of_gravity_and_of_the_changing_mass(machine,
         assert abs(float(found)) < 1e-12 * float(scale)
 
 
+def test_the_coriolis_form_is_passive_and_says_the_same_as_inverse_dynamics(machine, states):
+    """With C(v) s of `passive_force`: s . (M' s / 2 - C(v) s) = 0 for every s, and C(v) v is that of h."""
+    x, V, Vd, other = states
+    p, theta = machine.symbols
+    z, v, s, vd = ca.SX.sym("z", 7), *(ca.SX.sym(name, 6) for name in ("v", "s", "vd"))
+    pi = {key: value for key, (value, _) in machine.inertial(p).items()}
+    rest = ca.SX(6, 1)
+    Cs = machine.passive_force(p, pi, z, v, s, rest) - machine.inverse_force(p, pi, z, rest, rest)
+    M, _ = machine.mass_and_bias(p, pi, z, v)
+    Md = ca.reshape(ca.jtimes(ca.vec(M), z, machine.rate(p, z, v)), 6, 6)
+    same = machine.passive_force(p, pi, z, v, v, vd) - machine.inverse_force(p, pi, z, v, vd)
+    outputs = [
+        ca.dot(s, Md @ s / 2 - Cs),
+        ca.dot(ca.fabs(s), ca.fabs(Cs)),
+        same,
+        machine.inverse_force(p, pi, z, v, vd),
+    ]
+    f = ca.Function("f", [theta, z, v, s, vd], outputs)
+    for k in range(0, N, 10):
+        at = np.r_[x[k, :3], quaternion_of_abc_np(x[k, 3:])]
+        power, scale, off, force = f(machine.theta, at, V[k], other[k] / [1000, 1000, 1000, 100, 100, 100], Vd[k])
+        assert abs(float(power)) < 1e-11 * float(scale)
+        assert np.abs(np.array(off)).max() < 1e-11 * np.abs(np.array(force)).max()
+
+
 SPRING = 2e5  # N/m at each joint, at rest at home: oscillations of some 3 to 10 Hz
 
 
