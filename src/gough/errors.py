@@ -120,6 +120,10 @@ class FollowingError(RunError):
     """A joint was too far from where it should be: the trip has switched the drives off."""
 
 
+class EncoderError(RunError):
+    """An encoder read what no force explains: the run was brought to rest."""
+
+
 class DivergedError(RunError):
     """A number of the run is no longer finite."""
 
