@@ -3,7 +3,7 @@
 GoughError
   InputError   exit status 2, the input is wrong     UnitError SheetError ExperimentError ProgramError LogError
   RunError     exit status 1, the run failed         KinematicsError WorkspaceError SingularityError DivergedError
-                                                     FollowingError StorageError
+                                                     FollowingError EncoderError StorageError
 """
 
 from __future__ import annotations

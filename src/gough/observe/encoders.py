@@ -15,8 +15,8 @@ contradict them are the forces; and where a joint without its encoder is, they a
     q_+ = q + Ts q' + Ts^2 a / 2,    q'_+ = q' + Ts a,    a = a_0 + G u + d                                          (4)
     d_+ = d + (Ts / 20 ms) (r / Ts^2 - d)                                                                            (5)
 
-from the last sound reading and the speed of the reference there.  d is what was unexplained before, mostly friction.
-The last sound reading is that before the first wrong one, or the first of those that did not change.
+from the last reading that was not flagged; the speed is that of the reference when the reading changed last.  d is what
+was unexplained until then, mostly friction.
 docs/theory/encoders.md derives (2) and says what (3) sees.
 """
 
@@ -28,6 +28,7 @@ import numpy as np
 from ..mechanics.linear import solve_spd
 
 SPREADS = 8  # standard deviations of the noise; beyond them once in 1e15 readings
+AT_REST = 1e-9  # m/s; a reference that is slower is at rest up to rounding
 SMOOTHING = 20e-3  # s, eq. (5): some samples, and short against the time between two reversals
 
 
@@ -56,19 +57,18 @@ def residual(p, a, G, q_m, before, further, F, period):
     return r, period**2 * F * ca.sum2(ca.fabs(G)) + grain + noise
 
 
-def followed(p, q_m, before, qd_r, q, qd, a, d, r, flagged, period):
-    """Joints, their speeds, and d one sample on: (n,) m, m/s, m/s2.  Eqs. (4), (5) where an encoder is not to be trusted.
+def followed(q_m, before, qd_r, q, qd, a, d, r, flagged, period):
+    """Joints, their speeds, and d one sample on, by eqs. (4), (5) where an encoder is in doubt.  (n,) m, m/s, m/s2.
 
     Readings q_m and those `before`; speeds qd_r of the reference now; q, qd, d of the sample before; a joint
     accelerations (1) since then; residuals r; for how many samples an encoder has been `flagged`.
     """
-    # a joint whose reading stands while the reference moves on is followed in case its encoder is stuck
-    grain = 0.0 if p.drive.encoder is None else p.drive.encoder
-    stands = ca.logic_and(q_m == before, ca.fabs(qd_r) * period > grain)
-    jumped = ca.logic_and(flagged == 1, ca.logic_not(stands))
-    alone = ca.logic_or(flagged > 0, stands)
-    q_next, qd_next = q + period * qd + period**2 / 2 * (a + d), qd + period * (a + d)
-    q_next = ca.if_else(jumped, before + period * qd_r, ca.if_else(alone, q_next, q_m))
-    qd_next = ca.if_else(alone, qd_next, qd_r)
-    known = d + min(1.0, period / SMOOTHING) * (r / period**2 - d)
-    return q_next, ca.if_else(jumped, qd_r, qd_next), ca.if_else(alone, d, known)
+    lost = flagged > 0
+    # a joint whose reading stands while the reference moves on may have an encoder that is stuck
+    doubted = ca.logic_or(lost, ca.logic_and(q_m == before, ca.fabs(qd_r) > AT_REST))
+    a = a + d
+    return (
+        ca.if_else(lost, q + period * qd + period**2 / 2 * a, q_m),
+        ca.if_else(doubted, qd + period * a, qd_r),
+        ca.if_else(doubted, d, d + min(1.0, period / SMOOTHING) * (r / period**2 - d)),
+    )

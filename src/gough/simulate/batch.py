@@ -207,7 +207,9 @@ class Batch:
             stop = simulation.stops[j]
             ends[j] = stop.tick - k
             i = members[j]
-            self.errors[i] = columns.explain(stop, self.plants[i].true_machine, self.motion, run.period, self.asked.ends_at_once)
+            self.errors[i] = columns.explain(
+                stop, self.plants[i].true_machine, self.motion, run.period, self.asked.ends_at_once
+            )
         live = np.flatnonzero(ends)
         self.samples[members] += ends
         if not len(live):

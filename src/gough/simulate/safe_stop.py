@@ -19,7 +19,8 @@ import numpy as np
 
 from .. import frames
 
-REST = 0.1  # s for which the reference stands still before the drives are off: the loop comes to rest
+REST = 0.1  # s for which the reference stands still before the drives are off, where every joint is measured
+REST_UNSEEN = 0.01  # s; where an encoder is flagged: without it a joint can be followed for a short time only
 _NO_SPEED = 1e-6  # m/s; below it a path has no direction to turn from
 
 

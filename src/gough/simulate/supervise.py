@@ -123,7 +123,7 @@ def _with(schedule: Schedule, shape: Shape, check: bool, ramp: bool, trip: bool)
             dataclasses.replace(t, reads=tuple(swap.get(r, r) for r in t.reads)) if t.name == "control" else t
             for t in tasks
         ]
-        limits, margins = _with_end(schedule)
+        limits, margins = _with_end(schedule, n, check)
         signals += [margins, *(s for s in schedule.signals if s.name != margins.name)]
     else:
         signals += schedule.signals
@@ -205,7 +205,7 @@ def _stop(m, period, check: bool, trip: bool) -> Task:
     reading, out, writes = q_m, [], []
     if check:
         qd_r = unflatten(_row(n), course).qd
-        q, qd, d = encoders.followed(p, q_m, readings[n:], qd_r, carried[:n], carried[n:], forced, d, r, flagged, period)
+        q, qd, d = encoders.followed(q_m, readings[n:], qd_r, carried[:n], carried[n:], forced, d, r, flagged, period)
         reading = ca.if_else(ca.logic_and(stopping_now > 0, flagged > 0), q, q_m)
         out = [ca.vertcat(q, qd), d]
         writes = ["carried", "unexplained"]
@@ -214,15 +214,21 @@ def _stop(m, period, check: bool, trip: bool) -> Task:
     return Task("stop", ca.Function("stop", given, out), tuple(reads), tuple(writes))
 
 
-def _with_end(schedule: Schedule) -> tuple[Task, Signal]:
+def _with_end(schedule: Schedule, n: int, check: bool) -> tuple[Task, Signal]:
     """The limits with one more, the end of a stop, and their signal."""
     old, by_name = schedule.limits, schedule.by_name
     given = [ca.SX.sym(name, by_name[name].size) for name in old.reads]
     stop, stopping, origin = ca.SX.sym("stop", 4), ca.SX.sym("stopping"), ca.SX.sym("origin", size(_ORIGIN))
+    margins = old.function(*given)
     T = safe_stop.duration(unflatten(_ORIGIN, origin), stop[0], stop[1], schedule.period)
-    left = ca.if_else(stopping > 0, T + safe_stop.REST - (stopping - 1) * schedule.period, 1)
-    function = ca.Function("limits", [*given, stop, stopping, origin], [ca.vertcat(old.function(*given), left)])
+    flagged = ca.SX.sym("flagged", n) if check else ca.SX.zeros(n)
+    rest = ca.if_else(ca.mmax(flagged) > 0, safe_stop.REST_UNSEEN, safe_stop.REST)
+    # half a sample more, so that rounding does not decide
+    left = ca.if_else(stopping > 0, T + rest - (stopping - 1.5) * schedule.period, 1)
+    given += [stop, stopping, origin, *([flagged] if check else [])]
+    function = ca.Function("limits", given, [ca.vertcat(margins, left)])
     name = old.writes[0]
     labels = (*by_name[name].labels, AT_REST)
-    task = Task(old.name, function, (*old.reads, "stop", "stopping", "origin"), old.writes)
+    reads = (*old.reads, "stop", "stopping", "origin", *(("flagged",) if check else ()))
+    task = Task(old.name, function, reads, old.writes)
     return task, Signal(name, len(labels), "wire", labels)
