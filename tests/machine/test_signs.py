@@ -109,3 +109,15 @@ def test_friction_in_the_joints_slows_the_plant(okuma):
     M = okuma.mass_matrix(okuma.home)
     power = np.array(v).ravel() @ M @ np.array(ca.evalf(ca.SX(with_it - without))).ravel()
     assert power < -1  # W; 12 joints of 1 kN x 0.3 x 0.05 m, at some tenths of a rad/s each
+
+
+def test_a_newton_step_moves_the_platform_by_a_quarter_of_the_longest_chord_at_most(library_machine):
+    """Joints a metre longer than home's from home: the step along the tool axis is cut to its bound."""
+    m = library_machine
+    (z0,) = m.arrays.run("coordinates", m.home)
+    z1, size = m.arrays.run("newton", z0, m.inverse_kinematics(m.home) + 1.0)
+    reach = 0.25 * max(np.linalg.norm(A - B) for A, B in zip(m.joints.base, m.joints.platform, strict=True))
+    step = np.linalg.norm(z1[:3] - z0[:3])
+    # the step is along z to the symmetry of the sheets' joints, given to 1e-9 m
+    assert_allclose(step, reach, rtol=1e-6)
+    assert_allclose(size[0], step, rtol=1e-6)

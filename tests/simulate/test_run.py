@@ -7,6 +7,7 @@ import pytest
 
 import gough as gk
 from gough.errors import DivergedError, ExperimentError, WorkspaceError
+from gough.kernel import noise
 from gough.simulate.notes import EffortWarning, ReachWarning, StabilityWarning
 
 CIRCLE = gk.Circle(radius=0.02, feed=0.05, settle=0.1)
@@ -27,6 +28,18 @@ def test_the_same_seed_gives_the_same_bits(nist):
     runs = [gk.simulate(noisy, gk.PID(bandwidth=12.0), CIRCLE, seed=seed).dataset["x"].values for seed in (3, 3, 4)]
     np.testing.assert_array_equal(runs[0], runs[1])
     assert not np.array_equal(runs[0], runs[2])
+
+
+def test_the_encoder_reads_the_joint_plus_its_noise_rounded_to_a_count(nist):
+    """Eq. (2) of simulate.drive, with the kernel's noise from its definition in NumPy."""
+    sigma, res = 3e-6, 1e-7
+    noisy = nist.replace(**{"drive.noise": sigma, "drive.encoder": res})
+    log = gk.simulate(noisy, gk.PID(bandwidth=8.0), CIRCLE, seed=4)
+    for k in range(0, len(log), 7):
+        normal = noise.normals("noise", 6, noise.run_key(4, 0), k)
+        read = res * np.floor((log["q"][k] + sigma * normal) / res + 0.5)
+        np.testing.assert_allclose(log["q_m"][k], read, rtol=0, atol=1.001 * res)  # a rounding may fall either way
+        assert np.abs(log["q_m"][k] - read).mean() < res / 2
 
 
 def test_noise_has_the_declared_deviation(nist):
