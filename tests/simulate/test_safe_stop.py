@@ -127,6 +127,32 @@ def test_a_reference_at_rest_stays_where_it_is(nist, stop):
     assert (rows.xd == 0).all()
 
 
+@pytest.mark.parametrize("angle", [0.0, 1e-7, 0.9e-4, 1.1e-4, 0.02, 1.0, 3.0])
+def test_series_and_functions_of_the_angle_are_one_to_rounding(angle):
+    tau = 0.3
+    found = [float(ca.evalf(part)) for part in safe_stop._series(ca.SX(tau), ca.SX((angle / tau) ** 2))]
+    sinc, versine = (np.sin(angle) / angle, 2 * (np.sin(angle / 2) / angle) ** 2) if angle else (1.0, 0.5)
+    assert_allclose(found, [tau * sinc, tau**2 * versine, np.cos(angle)], rtol=1e-15, atol=1e-16)
+
+
+def test_angles_go_on_from_the_turn_the_program_was_in(nist, stop):
+    """A tool that has turned by more than half a turn: the angles do not jump by a whole one."""
+    first = moving(nist, [0.01, 0, 0], w=[0, 0, 0.2])
+    for turns in (-1, 1, 2):
+        away = first._replace(x=first.x + 2 * np.pi * turns * np.array([0, 0, 0, 1, 0, 1]))
+        rows, _ = stop(away, [0.0, 0.02])
+        assert_allclose(rows.x[0], away.x, atol=1e-13)
+        assert_allclose(rows.x[1] - away.x, stop(first, [0.02])[0].x[0] - first.x, atol=1e-13)
+
+
+def test_a_reference_that_has_just_begun_to_move_stays_where_it_is_to_a_micrometre(nist, stop):
+    """No direction yet, 1 um/s, under any acceleration."""
+    first = moving(nist, [1e-6, 0, 0], [1.5, 0.5, 0])
+    rows, T = stop(first, [0.0, 5e-4, 0.1])
+    assert T == 1e-3 and np.abs(rows.x - first.x).max() < 1e-9 and np.abs(rows.xd[1:]).max() < 1e-6
+    assert np.isfinite(flatten(rows)).all()
+
+
 # -- flags ------------------------------------------------------------------------------------------------------------
 
 
