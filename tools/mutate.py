@@ -39,7 +39,7 @@ _MACHINE = [
     "tests/machine/test_energy.py",
 ]
 
-_LAWS = ["tests/contract", "tests/control", "tests/simulate/test_run.py"]
+_LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "tests/simulate/test_run.py"]
 _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
 _ERRORS = ["tests/machine/test_faults.py", "tests/errors"]
 _PEERS = ["tests/export", "tests/oracle"]

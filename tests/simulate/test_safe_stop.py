@@ -220,6 +220,7 @@ def test_a_sound_machine_is_not_flagged_and_not_changed(nist, law):
     assert log.metrics == plain.metrics
 
 
+@pytest.mark.full
 def test_an_unknown_force_is_flagged_from_its_size_on(nist):
     """A push that nobody knows, in every strut the way that moves strut 1 most: (3) is equal then, to 4 counts."""
     count = 1e-8
@@ -319,6 +320,7 @@ def test_a_limit_in_the_middle_of_a_stop_ends_the_run_by_its_own_name(nist):
     assert any("is flagged from t = " in text for text in log.info["warnings"])
 
 
+@pytest.mark.full
 def test_runs_of_a_batch_stop_each_alone(nist):
     plants = [nist, plant(nist, kind="dropout"), plant(nist, 5, 1.0, kind="stuck"), nist]
     options = {"encoder_check": UNKNOWN, "stop_ramp": RAMP}
@@ -337,6 +339,7 @@ def test_runs_of_a_batch_stop_each_alone(nist):
     assert only.runs[1]["reason"].startswith("strut 2: its encoder") and only["failed"].tolist() == [0, 1, 1, 0]
 
 
+@pytest.mark.full
 def test_a_slower_law_is_stopped_as_well(nist):
     law = gk.PID(bandwidth=6.0, period=2e-3)
     log = gk.simulate(
