@@ -63,6 +63,18 @@ class Hexapod(JointForces):
     task: ClassVar = (("x", "m"), ("y", "m"), ("z", "m"), ("a", "rad"), ("b", "rad"), ("c", "rad"))
     velocities: ClassVar = tuple(f"{name}_WT" for name in ("vx", "vy", "vz", "wx", "wy", "wz"))
     joint_names: ClassVar = tuple(f"strut {i}" for i in range(1, 7))
+    # Garagic and Srinivasan, ACC 2004, eq. (3); of a load-free friction the viscous part is V_a
+    adaptable: ClassVar = (
+        "drive.inertia",
+        "friction.viscous_offset",
+        "platform.mass",
+        "strut.moving.mass",
+        "strut.fixed.mass",
+        "strut.moving.transverse + strut.fixed.transverse",
+        "platform.inertia[0,0]",
+        "platform.inertia[1,1]",
+        "platform.inertia[2,2]",
+    )
 
     kind: Literal["hexapod"] = "hexapod"
     name: str = Field(default="hexapod", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
@@ -128,6 +140,11 @@ class Hexapod(JointForces):
     def stepped(z, d):
         """z moved by a small twist d = [dp; rotation vector in W]: a step on SO(3), not on angles.  (7,)."""
         return ca.vertcat(z[:3] + d[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(d[3:]), z[3:]))
+
+    @staticmethod
+    def bracket(v, w):
+        """[v, w] of twists in axes of W: translations commute, turnings do not.  (6,)."""
+        return ca.vertcat(ca.SX(3, 1), ca.cross(w[3:], v[3:]))
 
     # -- kinematics -----------------------------------------------------------------------------------------------
 
