@@ -41,7 +41,7 @@ _MACHINE = [
 
 _LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "tests/simulate/test_run.py"]
 _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
-_ERRORS = ["tests/machine/test_faults.py", "tests/errors"]
+_ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
 _PEERS = ["tests/export", "tests/oracle"]
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
@@ -81,6 +81,8 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
 
 # functions of arrays whose arguments -1, -2 are axes
 AXES = {
+    "all",
+    "any",
     "reshape",
     "moveaxis",
     "swapaxes",
