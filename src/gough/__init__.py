@@ -36,6 +36,7 @@ _PUBLIC = {
     "FuzzyFriction": "control.fuzzy_friction",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
+    "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
     "report": "report",

@@ -21,7 +21,7 @@ SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 RESIDUAL = "observer.encoder_residual"
 
 
-def chosen(signals, state, machine) -> set[str] | None:
+def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
     """The variables of the log that were asked for; None for all.
 
     Raises
@@ -33,7 +33,7 @@ def chosen(signals, state, machine) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += [RESIDUAL, *joints.available(machine)]
+    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -72,6 +72,8 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
                 found[name] = np.repeat(found[name][:, None], z.shape[1], 1)
     if "memory" in row:
         found["plant.friction_memory"] = row["memory"][part]
+    if "friction_scale" in row:
+        found["plant.friction_scale"] = row["friction_scale"][part][..., 0]
     found |= joints.columns(row, part, joints.asked(signals))
     if signals is not None:
         found = {name: value for name, value in found.items() if name == "t" or name in signals}
@@ -92,6 +94,8 @@ def told(law, name: str) -> tuple:
         return ("joint",), "m", "deflection of the friction's bristles"
     if name == RESIDUAL:
         return ("joint",), "m", "second difference of the readings that no known force explains"
+    if name == "plant.friction_scale":
+        return (), "1", "friction over that of the plant's numbers"
     if name in joints.FORCES:
         return joints.FORCES[name][1]
     said = law.states.get(name.removeprefix("controller."))
