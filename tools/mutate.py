@@ -73,7 +73,7 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "control/computed_torque.py": (_LAWS, set()),
     "control/base.py": ([*_LAWS, *_RUN], set()),
     "machine/base.py": (["tests/machine/test_arrays.py", *_MACHINE[:4], *_RUN], {"model_post_init"}),
-    "machine/forward.py": (_MACHINE[3:5] + _ERRORS, {"_refuse"}),
+    "machine/forward.py": (_DYNAMICS[2:] + _MACHINE[3:5] + _ERRORS, {"_refuse"}),
     "machine/workspace.py": (_MACHINE[3:5] + _DYNAMICS[2:] + _ERRORS + _RUN, set()),
     "export/mjcf.py": (_PEERS, set()),
     "export/mjcf_frames.py": (_PEERS, set()),
@@ -329,7 +329,8 @@ def write(planted, rows) -> None:
     text = [
         "# Planted sign errors",
         "",
-        "Written by `make mutate`: every sign in the equations changed, one at a time.",
+        "Written by `make mutate`: every sign in the equations changed, one at a time: of machines, mechanics, laws,",
+        "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
     ]
     caught = sum(bool(by) for _, by in rows.values())
