@@ -36,37 +36,6 @@ class Feed(Part):
     angular_acceleration: float = quantity("rad/s2", "greatest angular acceleration", default=5.0, above=0)
 
 
-class Drive(Part):
-    """Screw, motor and encoder of each joint."""
-
-    input_error = SheetError
-
-    lead: float = quantity("m", "travel a turn of the screw", above=0, at_most=1)
-    inertia: float | None = quantity("kg m2", "motor and screw, about the screw", default=None, at_least=0)
-    torque_limit: float | None = quantity("N m", "greatest motor torque", default=None, above=0)
-    encoder: float | None = quantity(
-        "m", "resolution of the encoder, at the joint", default=None, above=0, at_most=1e-3
-    )
-    noise: float | None = quantity(
-        "m", "standard deviation of the encoder's noise", default=None, above=0, at_most=1e-2
-    )
-    delay: float = quantity("1", "samples between a command and its force, 0 or 1", default=0.0, theta=False)
-
-    def model_post_init(self, _context: Any) -> None:
-        if self.delay not in (0, 1):
-            raise SheetError("must be 0 or 1 samples", key="delay", value=f"{self.delay:g}")
-
-
-def reflected_mass(drive) -> Any:
-    """Mass that the turning parts add to a joint, J (2 pi / lead)^2.  kg."""
-    return 0.0 if drive.inertia is None else drive.inertia * (2 * np.pi / drive.lead) ** 2
-
-
-def force_limit(drive) -> Any:
-    """Greatest joint force, torque_limit 2 pi / lead.  N; None without a limit."""
-    return None if drive.torque_limit is None else drive.torque_limit * 2 * np.pi / drive.lead
-
-
 class Parameters(NamedTuple):
     """The parameters in which the dynamics are linear."""
 
@@ -88,11 +57,16 @@ class Machine(Part):
     #   rate(p, z, v), normalised(z)     z', and z pulled back to its manifold
     #   joints(p, z)                     q
     #   jacobian_of(p, z)                J, q' = J v
+    #   newton_system(p, z, q)           K, r of a Newton step K d = r towards q (default J, q - q(z))
+    #   stride_of(p)                     m, the longest such step
+    #   possible(q)                      which rows of joint coordinates some pose may have, and why not the others
     #   joint_acceleration(p, z, v, vd)  q''
     #   inertial(p)                      pi as {name: SX}, in which the next is linear
     #   inverse_force(p, pi, z, v, vd)   M v' + h, on v
     #   mass_and_bias(p, pi, z, v)       M, h
-    #   margins(p, z)                    (names, SX): all >= 0 inside the limits
+    #   margins(p, z)                    (names, SX): all >= 0 inside the limits, the last one that of det J
+    #   limit_told(index, margin)        rule, value and limit of one that is not, in words
+    #   unreachable(x)                   first row of poses that no joint coordinates have, and its error
     # and where friction scales with forces in the joints (load_count > 0)
     #   loads_of(p, z, v, vd, memory, u) those forces
     #   joint_friction(p, z, v, loads)   what passive joints' friction adds to J' (u - friction), on v
@@ -128,7 +102,19 @@ class Machine(Part):
         """How many numbers the friction of all joints remembers."""
         return self.joints_count * (self.friction.memory_per_joint if self.friction else 0)
 
+    def newton_system(self, p, z, q):
+        """K (n, n) and r (n,) of a Newton step K d = r from coordinates z towards joint coordinates q."""
+        return self.jacobian_of(p, z), q - self.joints_of(p, z)
+
+    def unreachable(self, x) -> tuple[int, Exception] | None:
+        """The first of the poses x (N, d) that no joint coordinates have, and the error that says so."""
+        return None
+
     # -- friction -------------------------------------------------------------------------------------------------
+
+    def frictionless(self) -> Machine:
+        """This machine without friction anywhere."""
+        return self.replace(friction=None)
 
     @property
     def load_count(self) -> int:
@@ -155,7 +141,7 @@ class Machine(Part):
 
     def friction_load(self, p, pi, z, v, vd):
         """The normal forces that scale the joints' friction on a motion, (n,) N; None where nothing scales it."""
-        return None
+        return
 
     # -- what adaptive laws need ----------------------------------------------------------------------------------
 
@@ -189,7 +175,13 @@ class Machine(Part):
         return self.arrays.run("coordinates", column(x, len(self.task), "pose"))[0]
 
     def inverse_kinematics(self, x) -> np.ndarray:
-        """Joint coordinates of poses.  (..., d) -> (..., n).  Always one answer; limits are not checked here."""
+        """Joint coordinates of poses.  (..., d) -> (..., n).  One answer or none; limits are not checked here.
+
+        Raises
+        ------
+        WorkspaceError
+            no joint coordinates have this pose: which leg cannot reach, and by how much.
+        """
         return self.arrays.run("inverse_kinematics", column(x, len(self.task), "pose"))[0]
 
     def forward_kinematics(self, q, near=None, on_fail: str = "raise"):
@@ -213,10 +205,13 @@ class Machine(Part):
         x = column(x, len(self.task), "pose")
         return self.arrays.run("jacobian", x)[0].reshape(x.shape[:-1] + (self.joints_count, len(self.task)))
 
-    def joint_motion(self, x, xd, xdd) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n)."""
+    def joint_motion(self, x, xd, xdd, on_fail: str = "raise") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n).
+
+        Poses that no joint coordinates have raise WorkspaceError; with `on_fail="nan"` their rows are NaN.
+        """
         columns = self._columns(x, xd, xdd)
-        return tuple(self.arrays.run("joint_motion", *columns))
+        return tuple(self.arrays.run("joint_motion", *columns, checked=on_fail != "nan"))
 
     def inverse_dynamics(self, x, xd, xdd, wrench=None) -> np.ndarray:
         """Joint forces of a motion, without friction.  (..., d) each -> (..., n) N.

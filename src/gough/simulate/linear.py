@@ -54,7 +54,7 @@ def linearize(machine, x) -> StateSpace:
             "a and c turn about one axis here: a b c have no rates", value=f"b = {x[4]:g} rad",
             cure="linearize elsewhere, or turn W so that the pose is another",
         )  # fmt: skip
-    bare = without_friction(machine)
+    bare = machine.frictionless()
     d, still = len(bare.velocities), np.zeros(len(bare.velocities))
     u0 = bare.inverse_dynamics(x, np.zeros(len(x)), np.zeros(len(x)))
     z = bare.coordinates(x)
@@ -90,8 +90,3 @@ def plant_jacobians(shape: Shape) -> ca.Function:
         ca.jacobian(x, z),
     ]
     return ca.Function("jacobians", [theta, z, v, mem, u, loads], out)
-
-
-def without_friction(machine):
-    """The machine without friction in its drives and joints."""
-    return machine.replace(friction=None, joints=machine.joints.replace(friction=None))

@@ -29,7 +29,7 @@ from ..kernel.pack import fields, flatten
 from ..machine.arrays import column
 from . import tick
 from .drift import scaled
-from .linear import StateSpace, plant_jacobians, without_friction
+from .linear import StateSpace, plant_jacobians
 
 STEP = 1e-6  # of the differences, m, rad and relative: errors of 1e-12 by curvature, 1e-10 by rounding
 NOTHING = 1e-9  # factor on friction that a law believes in: laws with bristles refuse none at all
@@ -62,8 +62,7 @@ class Loop:
     """One sample of the tick as a function of states and reference, and the point at rest."""
 
     def __init__(self, machine, law, period: float, substeps: int, x):
-        bare = without_friction(machine)
-        self.machine = bare.replace(drive=bare.drive.replace(encoder=None, noise=None, torque_limit=None))
+        self.machine = machine.frictionless().replace(drive=machine.drive.perfect())
         if law.machine is not None and law.machine.friction is not None:
             law = law.replace(machine=scaled(law.machine, NOTHING))
         self.law, self.x, self.rest = law, x, tick.rest_row(self.machine, x)

@@ -23,7 +23,7 @@ import numpy as np
 from ..declare import Shape
 from ..errors import ExperimentError, InputError
 from ..kernel.rows import compile_rows
-from ..machine.limits import check_loads
+from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
 from . import tick
 from .drift import drifts, scale
