@@ -203,16 +203,25 @@ def test_friction_that_is_not_believed_cannot_be_scaled(nist):
         gk.RobustAdaptive(slope=100.0, damping=200.0).on(nist.replace(friction=None), PERIOD)
 
 
-def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist):
+@pytest.mark.parametrize("layer", [0.0, 0.5], ids=["damping", "half of it boundary layer"])
+@pytest.mark.parametrize(("delay", "fastest"), [(0, 2.0), (1, 2 * (np.sqrt(2) - 1))])
+def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist, delay, fastest, layer, monkeypatch):
     """The bound of the refusal is a derived one: a pure surface (no slope) at 0.98 of it decays, at 1.02 it grows."""
+    from gough.control import sliding
     from gough.simulate import stability
 
-    machine = nist.replace(**{"drive.encoder": None})
+    machine = nist.replace(**{"drive.encoder": None, "drive.delay": delay})
+    M = machine.mass_matrix(machine.home)
+    W = np.diag([1.0] * 3 + [np.trace(M[3:, 3:]) / np.trace(M[:3, :3])] * 3)
+    rate = np.linalg.eigvals(np.linalg.solve(M, W)).real.max()  # of the axis that the layer holds fastest, per N s/m
     for factor, stable in ((0.98, True), (1.02, False)):
-        law = gk.FuzzyFriction(slope=1e-3, damping=factor * 2.0 / PERIOD, friction_rate=1.0)
+        k = factor * fastest / PERIOD
+        law = gk.FuzzyFriction(
+            slope=1e-3, damping=(1 - layer) * k, sliding=layer * k / rate * 2e-3, boundary=2e-3, friction_rate=1.0
+        )
         if not stable:
             with pytest.raises(ExperimentError, match="sample time"):
                 law.on(machine, PERIOD)
-            continue
+            monkeypatch.setitem(sliding.FASTEST, delay, np.inf)
         radius = stability.spectral_radius(machine, law.on(machine, PERIOD), PERIOD, 4)
-        assert radius < 1 + 1e-6
+        assert (radius < 1 + 1e-6) == stable
