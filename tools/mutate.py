@@ -50,13 +50,14 @@ _LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "
 _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
 _ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
 _PEERS = ["tests/export", "tests/oracle"]
+_LIMITS = ["tests/machine/test_limits.py", "tests/machine/test_hexaglide_limits.py"]
 _PASSIVE = "tests/machine/test_passive.py"
 _RAILS = [
     "tests/machine/test_hexaglide.py",
     "tests/published/test_honegger_model.py",
     "tests/simulate/test_hexaglide_run.py",
 ]
-_RAILS += [_PASSIVE, "tests/machine/test_hexaglide_limits.py"]
+_RAILS += [_PASSIVE, *_LIMITS[::-1]]
 _ADAPTIVE = [f"tests/control/test_{name}.py" for name in ("adaptation", "sliding", "fuzzy_friction")]
 _LINEAR = ["tests/simulate/test_linear.py", "tests/control/test_poles.py"]
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
@@ -98,14 +99,14 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "control/robust_adaptive.py": ([*_ADAPTIVE[1:], *_LAWS], set()),
     "control/fuzzy_friction.py": ([*_ADAPTIVE[2:], *_LAWS], set()),
     "machine/base.py": ([_PASSIVE, _MACHINE[4], *_MACHINE[:4], *_RUN], {"model_post_init"}),
-    "machine/platform.py": ([*_MACHINE, *_RAILS, *_LINEAR[:1]], {"outline"}),
+    "machine/platform.py": ([*_MACHINE, *_ERRORS, *_RAILS, *_LINEAR[:1]], {"outline"}),
     "machine/hexaglide.py": (_RAILS, {"drawing"}),
     "machine/hexaglide_parts.py": (_RAILS[::-1], set()),
     "machine/rail_limits.py": (_RAILS[::-1], set()),
-    "machine/limits.py": (_ERRORS + _RAILS[::-1], set()),
-    "machine/strut_limits.py": ([*_ERRORS, *_MACHINE[3:5], *_RUN], set()),
+    "machine/limits.py": (_LIMITS + _ERRORS, set()),
+    "machine/strut_limits.py": ([*_LIMITS[:1], *_ERRORS, *_DYNAMICS[1:2], *_MACHINE[3:5], *_RUN], set()),
     "machine/forward.py": (_DYNAMICS[2:] + _MACHINE[3:5] + _ERRORS, {"_refuse"}),
-    "machine/workspace.py": ([*_MACHINE[3:5], _RAILS[-1], *_ERRORS, *_RUN, *_DYNAMICS[2:]], set()),
+    "machine/workspace.py": ([*_MACHINE[3:5], *_LIMITS, *_ERRORS, *_RUN, *_DYNAMICS[2:]], set()),
     "export/mjcf.py": (_PEERS, set()),
     "export/mjcf_frames.py": (_PEERS, set()),
 }  # fmt: skip
