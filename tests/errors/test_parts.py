@@ -8,7 +8,8 @@ import pytest
 from gough.errors import SheetError
 from gough.machine.hexapod import Hexapod
 from gough.machine.hexapod_parts import StrutPart
-from gough.machine.limits import Limits, Workspace
+from gough.machine.limits import Workspace
+from gough.machine.strut_limits import StrutLimits
 from gough.machine.sheet import load_machine
 
 
@@ -191,8 +192,8 @@ def test_python_made_parts_speak_the_same_language():
     with pytest.raises(SheetError, match=r"^mass: must be above 0 kg, got 0 kg$"):
         StrutPart(mass=0.0, center=0.1, transverse=0.0)
     with pytest.raises(SheetError, match=r"^determinant: must be below 1, got 1$"):
-        Limits(length=[0.1, 1.0], determinant=1.0)
+        StrutLimits(length=[0.1, 1.0], determinant=1.0)
     with pytest.raises(SheetError, match=r"^radius: must be above 0 m, got 0 m$"):
         Workspace(radius=0.0, height=1.0, tilt=0.0, c=0.0)
     with pytest.raises(SheetError, match=r"^length: must be above 0 m"):
-        Limits(length=np.array([0.0, 1.0]))
+        StrutLimits(length=np.array([0.0, 1.0]))

@@ -70,6 +70,6 @@ def saturated(machine, p, u):
     `p` is the view of `machine`.  A law that integrates stops while this holds (conditional integration): it needs no
     memory of what it asked for, so a delay in the drive does not confuse it.
     """
-    if machine.drive.torque_limit is None:
+    if force_limit(machine.drive) is None:
         return None
     return ca.fabs(u) >= force_limit(p.drive) * (1 - 1e-9)

@@ -28,8 +28,11 @@ class Arrays:
         self.shape = Shape(machine)
         self.theta = machine.theta
 
-    def run(self, name: str, *columns) -> list[np.ndarray]:
-        """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes."""
+    def run(self, name: str, *columns, checked: bool = True) -> list[np.ndarray]:
+        """Evaluate the row function `name` on columns (..., k), broadcast over the leading axes.
+
+        Unless `checked`, rows without an answer are left as NaN, for a caller that looks at every row.
+        """
         arrays = [np.asarray(column, float) for column in columns]
         try:
             lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
@@ -39,29 +42,34 @@ class Arrays:
         # one row serves all rows as it is; what has leading axes of its own is spread over those of the others
         rows = [a if a.ndim == 1 else np.broadcast_to(a, lead + a.shape[-1:]).reshape(-1, a.shape[-1]) for a in arrays]
         out = _compiled(name, self.shape)(self.theta, *rows)
-        if name not in _UNCHECKED:
-            _check_finite(name, out, lead)
+        if checked and name not in _UNCHECKED:
+            self._check_finite(name, out, lead, rows[0])
         return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
+
+
+    def _check_finite(self, name: str, out: list[np.ndarray], lead: tuple[int, ...], x: np.ndarray) -> None:
+        """Refuse an answer that is not a number: a leg that cannot reach, two joints in one place, numbers beyond any
+        machine.  x (N, d) or (d,): the poses asked for."""
+        for piece in out:
+            if _all_finite(piece):
+                continue
+            bad = np.flatnonzero(~np.isfinite(piece).all(-1))
+            if len(bad):
+                index = [int(i) for i in np.unravel_index(bad[0], lead)]
+                place = f"index {index}" if index else None
+                found = self.machine.unreachable(np.atleast_2d(x if x.ndim == 1 else x[bad[0]]))
+                if found is not None:
+                    raise found[1].at(where=place)
+                raise SingularityError(
+                    f"{name.replace('_', ' ')} has no finite answer here",
+                    where=place,
+                    value=str(piece[bad[0]].tolist()),
+                    cure="check the pose: a leg of no length, or numbers beyond any machine",
+                )
 
 
 _BLOCK = 1 << 16  # numbers looked at together
 _UNCHECKED = ("newton", "landing", "margins", "workspace")  # whoever asks for these looks at every row itself
-
-
-def _check_finite(name: str, out: list[np.ndarray], lead: tuple[int, ...]) -> None:
-    """Refuse an answer that is not a number: two joints in one place, numbers beyond any machine."""
-    for piece in out:
-        if _all_finite(piece):
-            continue
-        bad = np.flatnonzero(~np.isfinite(piece).all(-1))
-        if len(bad):
-            index = [int(i) for i in np.unravel_index(bad[0], lead)]
-            raise SingularityError(
-                f"{name.replace('_', ' ')} has no finite answer here",
-                where=f"index {index}" if index else None,
-                value=str(piece[bad[0]].tolist()),
-                cure="check the pose: a strut of no length, or numbers beyond any machine",
-            )
 
 
 def _all_finite(array: np.ndarray) -> bool:
@@ -175,8 +183,8 @@ def row_function(name: str, m) -> ca.Function:
 def _newton_step(m, p, z, q):
     """z after one step of eq. (1) of forward.py, shortened, and the largest entry of the step taken; 0 where J is
     singular: the search ends there."""
-    reach = 0.25 * ca.sqrt(ca.mmax(ca.sum2((p.joints.base - p.joints.platform) ** 2)))
-    d = solve_square(m.jacobian_of(p, z), q - m.joints_of(p, z))
+    reach = m.stride_of(p)
+    d = solve_square(*m.newton_system(p, z, q))
     sound = ca.mmax(ca.fabs(d)) < np.inf
     for i in range(6):  # mmax overlooks a NaN behind a number
         sound = ca.logic_and(sound, ca.fabs(d[i]) < np.inf)

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 import numpy as np
+from pydantic import model_validator
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
@@ -37,13 +38,14 @@ class Feed(Part):
 
 
 class Drive(Part):
-    """Screw, motor and encoder of each joint."""
+    """Drive and encoder of each joint: a motor on a screw (`lead`), or a linear motor."""
 
     input_error = SheetError
 
-    lead: float = quantity("m", "travel a turn of the screw", above=0, at_most=1)
+    lead: float | None = quantity("m", "travel a turn of the screw", default=None, above=0, at_most=1)
     inertia: float | None = quantity("kg m2", "motor and screw, about the screw", default=None, at_least=0)
     torque_limit: float | None = quantity("N m", "greatest motor torque", default=None, above=0)
+    force_limit: float | None = quantity("N", "greatest force of a linear motor", default=None, above=0)
     encoder: float | None = quantity(
         "m", "resolution of the encoder, at the joint", default=None, above=0, at_most=1e-3
     )
@@ -56,6 +58,26 @@ class Drive(Part):
         if self.delay not in (0, 1):
             raise SheetError("must be 0 or 1 samples", key="delay", value=f"{self.delay:g}")
 
+    @model_validator(mode="after")
+    def _screw_or_linear_motor(self):
+        if self.lead is None and not (self.inertia is None and self.torque_limit is None):
+            self.needs_screw()
+        if self.lead is not None and self.force_limit is not None:
+            raise SheetError(
+                "is that of a linear motor, and lead tells of a screw", key="force_limit",
+                cure="give torque_limit, or leave lead out",
+            )  # fmt: skip
+        return self
+
+    def needs_screw(self) -> None:
+        """Refuse a drive without a screw."""
+        if self.lead is None:
+            raise SheetError("is missing", key="lead", cure=f"give {self.specs()['lead'].meaning} in m")
+
+    def unlimited(self) -> Drive:
+        """The drive as a perfect one: no limit of its force, no steps and no noise of its encoder."""
+        return self.replace(encoder=None, noise=None, torque_limit=None, force_limit=None)
+
 
 def reflected_mass(drive) -> Any:
     """Mass that the turning parts add to a joint, J (2 pi / lead)^2.  kg."""
@@ -63,8 +85,8 @@ def reflected_mass(drive) -> Any:
 
 
 def force_limit(drive) -> Any:
-    """Greatest joint force, torque_limit 2 pi / lead.  N; None without a limit."""
-    return None if drive.torque_limit is None else drive.torque_limit * 2 * np.pi / drive.lead
+    """Greatest joint force, N: force_limit, or torque_limit 2 pi / lead; None without a limit."""
+    return drive.force_limit if drive.torque_limit is None else drive.torque_limit * 2 * np.pi / drive.lead
 
 
 class Parameters(NamedTuple):
@@ -88,11 +110,16 @@ class Machine(Part):
     #   rate(p, z, v), normalised(z)     z', and z pulled back to its manifold
     #   joints(p, z)                     q
     #   jacobian_of(p, z)                J, q' = J v
+    #   newton_system(p, z, q)           K, r of a Newton step K d = r towards q (default J, q - q(z))
+    #   stride_of(p)                     m, the longest such step
+    #   possible(q)                      which rows of joint coordinates some pose may have, and why not the others
     #   joint_acceleration(p, z, v, vd)  q''
     #   inertial(p)                      pi as {name: SX}, in which the next is linear
     #   inverse_force(p, pi, z, v, vd)   M v' + h, on v
     #   mass_and_bias(p, pi, z, v)       M, h
-    #   margins(p, z)                    (names, SX): all >= 0 inside the limits
+    #   margins(p, z)                    (names, SX): all >= 0 inside the limits, the last one that of det J
+    #   limit_told(index, margin)        rule, value and limit of one that is not, in words
+    #   unreachable(x)                   first row of poses that no joint coordinates have, and its error
     # and where friction scales with forces in the joints (load_count > 0)
     #   loads_of(p, z, v, vd, memory, u) those forces
     #   joint_friction(p, z, v, loads)   what passive joints' friction adds to J' (u - friction), on v
@@ -128,7 +155,19 @@ class Machine(Part):
         """How many numbers the friction of all joints remembers."""
         return self.joints_count * (self.friction.memory_per_joint if self.friction else 0)
 
+    def newton_system(self, p, z, q):
+        """K (n, n) and r (n,) of a Newton step K d = r from coordinates z towards joint coordinates q."""
+        return self.jacobian_of(p, z), q - self.joints_of(p, z)
+
+    def unreachable(self, x) -> tuple[int, Exception] | None:
+        """The first of the poses x (N, d) that no joint coordinates have, and the error that says so."""
+        return None
+
     # -- friction -------------------------------------------------------------------------------------------------
+
+    def frictionless(self) -> Machine:
+        """This machine without friction anywhere."""
+        return self.replace(friction=None)
 
     @property
     def load_count(self) -> int:
@@ -185,7 +224,13 @@ class Machine(Part):
     # -- arrays ---------------------------------------------------------------------------------------------------
 
     def inverse_kinematics(self, x) -> np.ndarray:
-        """Joint coordinates of poses.  (..., d) -> (..., n).  Always one answer; limits are not checked here."""
+        """Joint coordinates of poses.  (..., d) -> (..., n).  One answer or none; limits are not checked here.
+
+        Raises
+        ------
+        WorkspaceError
+            no joint coordinates have this pose: which leg cannot reach, and by how much.
+        """
         return self.arrays.run("inverse_kinematics", column(x, len(self.task), "pose"))[0]
 
     def forward_kinematics(self, q, near=None, on_fail: str = "raise"):
@@ -209,10 +254,13 @@ class Machine(Part):
         x = column(x, len(self.task), "pose")
         return self.arrays.run("jacobian", x)[0].reshape(x.shape[:-1] + (self.joints_count, len(self.task)))
 
-    def joint_motion(self, x, xd, xdd) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n)."""
+    def joint_motion(self, x, xd, xdd, on_fail: str = "raise") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n).
+
+        Poses that no joint coordinates have raise WorkspaceError; with `on_fail="nan"` their rows are NaN.
+        """
         columns = self._columns(x, xd, xdd)
-        return tuple(self.arrays.run("joint_motion", *columns))
+        return tuple(self.arrays.run("joint_motion", *columns, checked=on_fail != "nan"))
 
     def inverse_dynamics(self, x, xd, xdd, wrench=None) -> np.ndarray:
         """Joint forces of a motion, without friction.  (..., d) each -> (..., n) N.

@@ -3,13 +3,15 @@
     r = q - q(z),   J d = r,   z <- p + d_v, exp(d_w) R                                                             (1)
 
 The step d is a twist increment; adding its rotation to roll, pitch and yaw instead is what makes the usual hexapod
-kinematics diverge beyond 55 degrees.  Far from the answer the step is shortened to 0.3 rad and a quarter of a strut,
-so that a start from home does not jump over a singularity into another assembly mode; if it still ends in one, det J
+kinematics diverge beyond 55 degrees.  A machine of other legs than struts may give a system with the same answer that
+has steps where q(z) has none (`Machine.newton_system`).  Far from the answer the step is shortened to 0.3 rad and
+`Machine.stride_of`, a quarter of a leg or so, so that a start from home does not jump over a singularity into another assembly mode; if it still ends in one, det J
 has changed its sign, or the pose lies outside limits or workspace, and the answer is refused.
 """
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 
 from ..errors import ExperimentError, KinematicsError
@@ -63,27 +65,15 @@ def _block(machine, q, x0):
 
 def impossible(machine, q):
     """Rows (N,) of joint coordinates that some pose may have, and why the others cannot: {row: reason}."""
-    reasons = {}
     finite = np.isfinite(q).all(-1)
-    positive = finite & (np.where(np.isfinite(q), q, 1) > 0).all(-1)
-    # two struts and the chords between their joints close a quadrangle: |l_i - l_j| <= |A_i A_j| + |B_i B_j|
-    A, B = machine.joints.base, machine.joints.platform
-    i, j = np.triu_indices(len(A), 1)
-    reach = np.linalg.norm(A[i] - A[j], axis=-1) + np.linalg.norm(B[i] - B[j], axis=-1)
-    l = np.where(positive[:, None], q, 0).T
-    wrong = np.zeros(len(q), bool)
-    for first, second, allowed in zip(i, j, reach, strict=True):
-        wrong |= np.abs(l[first] - l[second]) > allowed
-    fits = positive & ~wrong
+    fits, why = machine.possible(np.where(np.isfinite(q), q, 1.0))
+    fits = fits & finite
+    reasons = {}
     for row in np.flatnonzero(~fits)[:1]:
-        if not finite[row]:
-            reasons[row] = ("must be finite", machine.joint_names[int(np.flatnonzero(~np.isfinite(q[row]))[0])], row)
-        elif not positive[row]:
-            reasons[row] = ("must be above 0 m", machine.joint_names[int(np.flatnonzero(q[row] <= 0)[0])], row)
+        if finite[row]:
+            reasons[row] = why(row)
         else:
-            k = int(np.flatnonzero(np.abs(l[i, row] - l[j, row]) > reach)[0])
-            pair = f"{machine.joint_names[i[k]]} and {machine.joint_names[j[k]]}"
-            reasons[row] = (f"lengths differ by more than their joints allow ({reach[k]:.4g} m)", pair, row)
+            reasons[row] = "must be finite", machine.joint_names[int(np.flatnonzero(~np.isfinite(q[row]))[0])]
     return fits, reasons
 
 
@@ -91,7 +81,7 @@ def newton(machine, q, x0, run):
     """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, 7), iterations (N,)."""
     (z,) = machine.arrays.run("coordinates", x0)
     steps = np.zeros(len(q), int)
-    reach = 0.25 * np.linalg.norm(machine.joints.base - machine.joints.platform, axis=-1).max()
+    reach = float(ca.evalf(ca.SX(machine.stride_of(machine))))
     active = np.flatnonzero(run)
     at, goal = z[active], q[active]
     for _ in range(ITERATIONS):
@@ -113,7 +103,7 @@ def _refuse(machine, lead, index, x, status, why, residual, steps, margins):
     row, status = 0, int(status[0])
     place = f"index {list(map(int, np.unravel_index(index, lead)))}" if lead else None
     if status == 1:
-        rule, joint, _ = why[row]
+        rule, joint = why[row]
         raise KinematicsError(f"{joint} {rule}", where=place, cure="check unit and order of the joint coordinates")
     if status == 2:
         raise KinematicsError(
@@ -132,7 +122,7 @@ def _refuse(machine, lead, index, x, status, why, residual, steps, margins):
             cure="give a start nearer to the pose (near=...)",
         )
     worst = int(np.argmin(margins[row]))
-    declared = 4 if machine.limits.workspace else 0
+    declared = len(workspace.space_names(machine))
     if worst < declared:
         raise workspace.outside_workspace(machine, worst, margins[row, worst], place)
     raise workspace.beyond(machine, worst - declared, margins[row, worst], place)

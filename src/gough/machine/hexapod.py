@@ -40,28 +40,25 @@ from typing import Any, ClassVar, Literal
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from .. import frames
 from ..declare import Array, quantity
-from ..errors import InputError
 from ..mechanics import bodies
-from ..mechanics.linear import determinant_6
 from ..mechanics.load_friction import FrictionLaw
 from . import strut_bodies
 from .base import Drive, Feed, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
 from .joint_forces import JointForces
-from .limits import Limits, check_guides, check_home, check_joints, check_sizes, check_spin
+from .platform import columns, outline
 from .strut import StrutLoad
+from .strut_limits import StrutLimits, check_guides, check_home, check_joints, check_sizes, check_spin, possible_lengths
 from .strut_motion import StrutMotion, point_motion
 
 
 class Hexapod(JointForces):
     """Six-strut parallel machine tool.  Fields are the tables of its data sheet."""
 
-    task: ClassVar = (("x", "m"), ("y", "m"), ("z", "m"), ("a", "rad"), ("b", "rad"), ("c", "rad"))
-    velocities: ClassVar = tuple(f"{name}_WT" for name in ("vx", "vy", "vz", "wx", "wy", "wz"))
     joint_names: ClassVar = tuple(f"strut {i}" for i in range(1, 7))
     # Garagic and Srinivasan, ACC 2004, eq. (3); of a load-free friction the viscous part is V_a
     adaptable: ClassVar = (
@@ -85,80 +82,29 @@ class Hexapod(JointForces):
     strut: Strut | None = None
     drive: Drive
     friction: FrictionLaw | None = None
-    limits: Limits
+    limits: StrutLimits
     feed: Feed = Feed()
     home: Array = quantity("m, m, m, rad, rad, rad", "pose at rest, x y z a b c of T in W", shape=(6,))
     source: dict[str, str] = Field(default_factory=dict)
 
-    @model_validator(mode="before")
+    @field_validator("drive")
     @classmethod
-    def _home_table(cls, data: Any) -> Any:
-        """A sheet writes the pose at rest as a table, [home] pose = [...]."""
-        if isinstance(data, dict) and isinstance(data.get("home"), dict):
-            if set(data["home"]) != {"pose"}:
-                raise InputError("[home] has one key, pose", key="home", value=", ".join(map(str, data["home"])))
-            data = {**data, "home": data["home"]["pose"]}
-        return data
+    def _screw(cls, drive: Drive) -> Drive:
+        drive.needs_screw()
+        return drive
 
     @model_validator(mode="after")
     def _sound(self):
         check_joints(self.joints.base, self.joints.platform)
         check_sizes(self)
-        for key in () if self.friction is None else self.friction.specs():
-            numbers = getattr(self.friction, key)
-            if np.ndim(numbers) and len(numbers) != 6:
-                raise InputError("friction needs one value or six", key=f"friction.{key}", value=str(len(numbers)))
+        self._check_friction()
         check_spin(self)
         check_guides(self)
         R_home = frames.rotation_of_abc_np(self.home[3:])
         check_home(self, self.home[:3] + self.platform_joints_np() @ R_home.T)
         return self
 
-    # -- coordinates ----------------------------------------------------------------------------------------------
-
-    @staticmethod
-    def coordinates_of(x):
-        """z of a pose x y z a b c.  (6,) -> (7,)."""
-        return ca.vertcat(x[:3], frames.quaternion_of_abc(x[3:]))
-
-    @staticmethod
-    def tool_pose_of(z):
-        """Position and quaternion of T in W.  (7,) -> (3,), (4,)."""
-        return z[:3], z[3:]
-
-    @staticmethod
-    def rate(p, z, v):
-        """z' of coordinates (7,) and twist (6,).  (7,)."""
-        return ca.vertcat(v[:3], frames.quaternion_rate(z[3:], v[3:]))
-
-    @staticmethod
-    def normalised(z):
-        """z with its quaternion of unit length again.  (7,)."""
-        return ca.vertcat(z[:3], z[3:] / ca.norm_2(z[3:]))
-
-    @staticmethod
-    def stepped(z, d):
-        """z moved by a small twist d = [dp; rotation vector in W]: a step on SO(3), not on angles.  (7,)."""
-        return ca.vertcat(z[:3] + d[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(d[3:]), z[3:]))
-
-    @staticmethod
-    def bracket(v, w):
-        """[v, w] of twists in axes of W: translations commute, turnings do not.  (6,)."""
-        return ca.vertcat(ca.SX(3, 1), ca.cross(w[3:], v[3:]))
-
     # -- kinematics -----------------------------------------------------------------------------------------------
-
-    @staticmethod
-    def platform_joints(p):
-        """p_TB, in T.  (3, 6)."""
-        if p.tool is None:
-            return p.joints.platform.T
-        R_TP = frames.rotation_of_abc(p.tool.angles).T
-        return R_TP @ (p.joints.platform.T - ca.repmat(p.tool.position, 1, 6))
-
-    def platform_joints_np(self) -> np.ndarray:
-        """p_TB as numbers.  (6, 3)."""
-        return self.joints.platform if self.tool is None else np.array(ca.DM(self.platform_joints(self))).T
 
     def struts(self, p, z):
         """(b, s, l, n) of eq. (1): (3, 6), (3, 6), (1, 6), (3, 6), all in W."""
@@ -174,7 +120,7 @@ class Hexapod(JointForces):
     def jacobian_of(self, p, z):
         """J of eq. (2): q' = J [v; w].  (6, 6)."""
         b, _, _, n = self.struts(p, z)
-        return ca.horzcat(n.T, _columns(ca.cross, b, n).T)
+        return ca.horzcat(n.T, columns(ca.cross, b, n).T)
 
     def joint_acceleration(self, p, z, v, vd):
         """l'' of eq. (4).  (6,) m/s2."""
@@ -194,17 +140,7 @@ class Hexapod(JointForces):
         Per body m, m c and I about the origin of its frame: platform in T, moving part at B, fixed part at A; then
         the reflected mass of the drives.
         """
-        m, mc, I = bodies.first_moments(p.platform)
-        if p.tool is not None:  # from P to T
-            R_TP = frames.rotation_of_abc(p.tool.angles).T
-            shifted = mc - m * p.tool.position
-            S, Sc = bodies.skew(p.tool.position), bodies.skew(mc)
-            I = R_TP @ (I + Sc @ S + S @ Sc - m * S @ S) @ R_TP.T
-            mc = R_TP @ shifted
-        out = {"platform.m": (m, "kg")}
-        out |= {f"platform.m c{axis}": (mc[i], "kg m") for i, axis in enumerate("xyz")}
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-            out[f"platform.I{'xyz'[i]}{'xyz'[j]}"] = (I[i, j], "kg m2")
+        out = self.platform_inertial(p)
         if p.strut is not None:
             out |= strut_bodies.inertial(p.strut)
         if p.joints.cross is not None:
@@ -263,19 +199,6 @@ class Hexapod(JointForces):
         """The axis of base joint i that is fixed in the base, in W; None where the sheet has none.  (3,)."""
         return None if p.joints.base_axis is None else p.joints.base_axis[i, :].T
 
-    @staticmethod
-    def _platform_in_W(pi, R):
-        def of(key):
-            return pi[f"platform.{key}"]
-
-        mc = ca.vertcat(*[of(f"m c{axis}") for axis in "xyz"])
-        I = ca.vertcat(
-            ca.horzcat(of("Ixx"), of("Ixy"), of("Ixz")),
-            ca.horzcat(of("Ixy"), of("Iyy"), of("Iyz")),
-            ca.horzcat(of("Ixz"), of("Iyz"), of("Izz")),
-        )
-        return of("m"), R @ mc, R @ I @ R.T
-
     # -- limits ---------------------------------------------------------------------------------------------------
 
     def margins(self, p, z):
@@ -283,23 +206,29 @@ class Hexapod(JointForces):
         home = self.coordinates_of(p.home)
         _, _, l, n = self.struts(p, z)
         _, _, _, n_home = self.struts(p, home)
-        R, R_home = (frames.rotation_of_quaternion(y[3:]) for y in (z, home))
         names = [f"{joint}: {what}" for what in ("too short", "too long") for joint in self.joint_names]
         values = [l.T - p.limits.length[0], p.limits.length[1] - l.T]
-        if p.limits.cone is not None:
-            least = ca.cos(p.limits.cone)
-            names += [
-                f"{joint}: {end} joint beyond its cone" for end in ("base", "platform") for joint in self.joint_names
-            ]
-            values += [ca.sum1(n * n_home).T - least, ca.sum1((R.T @ n) * (R_home.T @ n_home)).T - least]
-        names.append("near a singularity: det J against home")
-        values.append(self.determinant_of(p, z) - p.limits.determinant)
+        for more, found in (
+            self.cone_margins(p, self.joint_names, ("base", "platform"), z, home, n, n_home),
+            self.singular_margin(p, z),
+        ):
+            names += more
+            values += found
         return tuple(names), ca.vertcat(*values)
 
-    def determinant_of(self, p, z):
-        """det J as a fraction of home's; 0 at a singular pose, negative in another assembly mode."""
-        home = self.coordinates_of(p.home)
-        return determinant_6(self.jacobian_of(p, z)) / determinant_6(self.jacobian_of(p, home))
+    def limit_told(self, index, margin):
+        if index >= 12:
+            return super().limit_told(index, margin)
+        bound = self.limits.length[0 if index < 6 else 1]
+        length = bound + margin if index < 6 else bound - margin
+        return self.limit_names[index], f"{length:.8g} m", f"{bound:g} m"
+
+    def possible(self, q):
+        return possible_lengths(self, q)
+
+    @staticmethod
+    def stride_of(p):
+        return 0.25 * ca.sqrt(ca.mmax(ca.sum2((ca.SX(p.joints.base) - ca.SX(p.joints.platform)) ** 2)))
 
     def drawing(self, x):
         """The machine as polylines in W at the pose x.  List of {"name", "points"}."""
@@ -307,9 +236,9 @@ class Hexapod(JointForces):
         B = np.asarray(x)[:3] + self.platform_joints_np() @ T.T
         tip = np.asarray(x)[:3]
         middle = B.mean(0)
-        lines = [{"name": "base", "points": _outline(A)}]
+        lines = [{"name": "base", "points": outline(A)}]
         lines += [{"name": name, "points": [A[i].tolist(), B[i].tolist()]} for i, name in enumerate(self.joint_names)]
-        lines.append({"name": "platform", "points": _outline(B)})
+        lines.append({"name": "platform", "points": outline(B)})
         lines.append({"name": "tool", "points": [middle.tolist(), tip.tolist()]})
         return lines
 
@@ -317,15 +246,3 @@ class Hexapod(JointForces):
 def _massless(pi) -> bool:
     """Whether struts and drives have no inertia."""
     return not any(key.startswith(("strut", "drive", "joints")) for key in pi)
-
-
-def _outline(points):
-    """A closed polyline through points (6, 3), in their order around the middle."""
-    d = points - points.mean(0)
-    _, _, axes = np.linalg.svd(d)  # the first two span the plane of the points
-    order = np.argsort(np.arctan2(d @ axes[1], d @ axes[0]))
-    return points[[*order, order[0]]].tolist()
-
-
-def _columns(function, A, B):
-    return ca.horzcat(*[function(A[:, i], B[:, i]) for i in range(A.shape[1])])

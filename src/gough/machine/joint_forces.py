@@ -11,12 +11,15 @@ import numpy as np
 from ..errors import WorkspaceError
 from . import reactions
 from .arrays import check_determinant
-from .base import Machine
-from .limits import OVERLAP
+from .platform import PlatformMachine
+from .strut_limits import OVERLAP
 
 
-class JointForces(Machine):
+class JointForces(PlatformMachine):
     """A machine of struts whose joints know the forces that they carry."""
+
+    def frictionless(self):
+        return self.replace(friction=None, joints=self.joints.replace(friction=None))
 
     @property
     def guided(self) -> bool:

@@ -17,14 +17,17 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError, Problem, SheetError, did_you_mean
 from ..files import Document, read_toml
 from ..names import check_name
-from .limits import check_loads
+from .strut_limits import check_loads
 
 if TYPE_CHECKING:
     from ..declare import Part
     from .base import Machine
 
 SCHEMA = "gough-machine-1"
-KINDS = {"hexapod": "gough.machine.hexapod:Hexapod"}  # imported when asked for
+KINDS = {  # imported when asked for
+    "hexapod": "gough.machine.hexapod:Hexapod",
+    "hexaglide": "gough.machine.hexaglide:Hexaglide",
+}
 
 
 def library() -> dict[str, Path]:

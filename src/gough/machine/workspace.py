@@ -9,17 +9,22 @@ from .. import frames
 from ..errors import SingularityError, WorkspaceError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np, rotation_of_vector_np
 
-_WORKSPACE = (
-    "beyond the radius of the workspace",
-    "beyond the height of the workspace",
-    "tilted beyond the workspace",
-    "turned beyond the workspace",
-)
+def space_names(machine) -> tuple[str, ...]:
+    """What each column of `workspace_margins` says when it is negative."""
+    space = machine.limits.workspace
+    if space is None:
+        return ()
+    across = ("radius",) if space.size is None else ("length", "width")
+    return (
+        *(f"beyond the {name} of the workspace" for name in (*across, "height")),
+        "tilted beyond the workspace",
+        "turned beyond the workspace",
+    )
 
 
 def margin_names(machine) -> tuple[str, ...]:
     """What each column of `margins` says when it is negative; det J is the last."""
-    return (_WORKSPACE if machine.limits.workspace else ()) + machine.limit_names
+    return space_names(machine) + machine.limit_names
 
 
 def margins(machine, z) -> np.ndarray:
@@ -29,9 +34,9 @@ def margins(machine, z) -> np.ndarray:
 
 
 def workspace_margins(machine, z) -> np.ndarray:
-    """The declared workspace at coordinates z (N, 7): radius m, height m, tilt rad, turn rad; inside where >= 0.
+    """The declared workspace at coordinates z (N, 7), in m and rad; inside where >= 0.
 
-    (N, 4); (N, 0) where none is declared.
+    (N, k), columns as `space_names`: radius (a box: length and width), height, tilt, turn; (N, 0) where none is declared.
     """
     if machine.limits.workspace is None:
         return np.zeros((len(z), 0))
@@ -39,7 +44,7 @@ def workspace_margins(machine, z) -> np.ndarray:
 
 
 def workspace_of(p, z):
-    """The same of the view `p` of a machine, symbolic.  (7,) -> (4,), or (0,) where none is declared."""
+    """The same of the view `p` of a machine, symbolic.  (7,) -> (k,)."""
     space, home = p.limits.workspace, p.home
     if space is None:
         return ca.SX(0, 1)
@@ -50,19 +55,21 @@ def workspace_of(p, z):
     sine = ca.norm_2(ca.cross(R[:, 2], R_home[:, 2]))
     tilt = ca.atan2(sine, ca.dot(R[:, 2], R_home[:, 2]))
     offset = z[:3] - home[:3]
-    inside = ca.vertcat(
-        space.radius - ca.norm_2(offset[:2]), space.height / 2 - ca.fabs(offset[2]), space.tilt - tilt, space.c - turn
-    )
+    across = space.radius - ca.norm_2(offset[:2]) if space.size is None else space.size / 2 - ca.fabs(offset[:2])
+    inside = ca.vertcat(across, space.height / 2 - ca.fabs(offset[2]), space.tilt - tilt, space.c - turn)
     return inside + 1e-9  # a pose on the very edge is inside, whatever the last digits say
 
 
 def outside_workspace(machine, index: int, margin: float, place: str | None) -> WorkspaceError:
     """The error that the declared workspace is exceeded by -margin in `index` of `workspace_margins`."""
     space = machine.limits.workspace
-    bound = (space.radius, space.height / 2, space.tilt, space.c)[index]
-    shown = [f"{v:.6g} m" if index < 2 else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)]
+    across = [space.radius] if space.size is None else list(space.size / 2)
+    bound = (*across, space.height / 2, space.tilt, space.c)[index]
+    shown = [
+        f"{v:.6g} m" if index <= len(across) else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)
+    ]
     cure = "move the work (origin), or declare a larger limits.workspace"
-    return WorkspaceError(_WORKSPACE[index], where=place, value=shown[0], limit=shown[1], cure=cure)
+    return WorkspaceError(space_names(machine)[index], where=place, value=shown[0], limit=shown[1], cure=cure)
 
 
 def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> tuple[int, float]:
@@ -84,6 +91,8 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
     outside = ~(found >= 0)
     beyond_limits = np.flatnonzero(outside.any(-1))
     sample = np.arange(0, len(x), thin)
+    if machine.unreachable(x) is not None:  # J stops at the first pose without joint coordinates
+        sample = sample[sample < beyond_limits[0]]
     number = condition(machine, machine.jacobian(x[sample]))
     singular = np.flatnonzero(~(number <= machine.limits.condition))
     if len(singular) and not (len(beyond_limits) and beyond_limits[0] <= sample[singular[0]]):
@@ -107,18 +116,9 @@ _CURE = "move the work (origin), or change the limits of the machine"
 
 def beyond(machine, index: int, margin: float, place: str | None, time: float | None = None):
     """The error that the limit `index` of `Machine.margins` is exceeded by -margin."""
-    n, limits, name = machine.joints_count, machine.limits, machine.limit_names[index]
-    told = {"where": place, "time": time, "cure": _CURE}
-    if index < 2 * n:
-        bound = limits.length[0 if index < n else 1]
-        length = bound + margin if index < n else bound - margin
-        return WorkspaceError(name, value=f"{length:.8g} m", limit=f"{bound:g} m", **told)
-    if name.startswith("near a singularity"):
-        value, bound = limits.determinant + margin, limits.determinant
-        return SingularityError(name, value=f"{value:.3g} of it", limit=f"{bound:g}", **told)
-    cosine = np.cos(limits.cone) + margin
-    angle = np.degrees(np.arctan2(np.sqrt(max(0.0, 1 - cosine * cosine)), cosine))
-    return WorkspaceError(name, value=f"{angle:.4g} deg", limit=f"{np.degrees(limits.cone):g} deg", **told)
+    rule, value, limit = machine.limit_told(index, margin)
+    kind = SingularityError if index == len(machine.limit_names) - 1 else WorkspaceError
+    return kind(rule, where=place, value=value, limit=limit, time=time, cure=_CURE)
 
 
 def condition(machine, J) -> np.ndarray:
@@ -150,14 +150,18 @@ def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
                 value=f"{len(kept)} of {tried} poses", cure="make the workspace smaller, or length and cone wider",
             )  # fmt: skip
         tried += n
-        r, phi = space.radius * np.sqrt(rng.random(n)), rng.uniform(0, 2 * np.pi, n)
+        if space.size is None:
+            r, phi = space.radius * np.sqrt(rng.random(n)), rng.uniform(0, 2 * np.pi, n)
+            across = [r * np.cos(phi), r * np.sin(phi)]
+        else:
+            across = list(rng.uniform(-0.5, 0.5, (2, n)) * space.size[:, None])
         tilt, about = space.tilt * np.sqrt(rng.random(n)), rng.uniform(0, 2 * np.pi, n)
         zero = np.zeros(n)
         lean = rotation_of_vector_np(np.stack([tilt * np.cos(about), tilt * np.sin(about), zero], -1))
         spin = rotation_of_vector_np(np.stack([zero, zero, rng.uniform(-space.c, space.c, n)], -1))
         abc = abc_of_rotation_np(lean @ R_home @ spin)
         height = rng.uniform(-0.5, 0.5, n) * space.height
-        x = np.concatenate([home[:3] + np.stack([r * np.cos(phi), r * np.sin(phi), height], -1), abc], -1)
+        x = np.concatenate([home[:3] + np.stack([*across, height], -1), abc], -1)
         z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
         kept = np.concatenate([kept, x[(margins(machine, z) >= 0).all(-1)]])
     return kept[:count]

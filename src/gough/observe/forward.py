@@ -37,7 +37,7 @@ def estimate(machine, p, state: Pose, q_m, period, iterations: int = 2):
     """
     z = state.pose
     for _ in range(iterations):
-        d = solve_square(machine.jacobian_of(p, z), q_m - machine.joints_of(p, z))
+        d = solve_square(*machine.newton_system(p, z, q_m))
         z = machine.normalised(machine.stepped(z, d))
     turn = frames.rotation_vector_of_quaternion(frames.quaternion_product(z[3:], frames.conjugate(state.pose[3:])))
     V = ca.vertcat(z[:3] - state.pose[:3], turn) / period

@@ -69,13 +69,16 @@ class Motion:
         return t, self.feed.at(t)[:4]
 
     def sample(self, k0: int, k1: int, Ts: float) -> Reference:
-        """Samples k0 ... k1 - 1 at the period Ts s."""
+        """Samples k0 ... k1 - 1 at the period Ts s.
+
+        Joints are NaN where the machine has none for the pose; whoever runs a motion looks with simulate.reach first.
+        """
         _, (i, u, ud, udd) = self._at(k0, k1, Ts)
         path = self.course.path
         x, xd, xdd, tangent, bend, R_WT = tool_motion(path, i, u, ud, udd)
         curvature = norm(bend)
         normal = bend / np.where(curvature > 0, curvature, 1.0)[:, None]
-        q, qd, qdd = self.machine.joint_motion(x, xd, xdd)
+        q, qd, qdd = self.machine.joint_motion(x, xd, xdd, on_fail="nan")
         moving = path.kind[i] != REST
         s, sd, axis = path.s0[i] + np.where(moving, u, 0.0), np.where(moving, ud, 0.0), R_WT[..., 2]
         return Reference(x, xd, xdd, q, qd, qdd, s[:, None], sd[:, None], tangent, normal, curvature[:, None], axis)

@@ -1,6 +1,6 @@
 """Drive and sensor: what becomes of a command, and what is read of a joint.
 
-    u    = clip(u_c one sample ago or now, -u_max, u_max),    u_max = torque_limit 2 pi / lead                       (1)
+    u    = clip(u_c one sample ago or now, -u_max, u_max),    u_max = force_limit, or torque_limit 2 pi / lead       (1)
     q_m  = res floor((q + noise) / res + 1/2)                                                                        (2)
 
 The delay is that of the computation: the force worked out from sample k acts over [k + 1, k + 2).  A command that is

@@ -25,7 +25,7 @@ from ..declare import Shape
 from ..errors import ExperimentError, InputError
 from ..frames import quaternion_of_abc_np
 from ..kernel.pack import flatten
-from ..machine.limits import check_loads
+from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
 from . import tick
 from .notes import Notes, StabilityWarning
@@ -152,11 +152,7 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
 
 def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
     """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
-    quiet = machine.replace(
-        friction=None,
-        joints=machine.joints.replace(friction=None),
-        drive=machine.drive.replace(encoder=None, noise=None, torque_limit=None),
-    )
+    quiet = machine.frictionless().replace(drive=machine.drive.unlimited())
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
     state = law.init(rest, u0)
