@@ -9,8 +9,9 @@ rest and with the acceleration of [feed] along each axis.
 Those forces come from the acceleration a sub-step before: a -> loads -> friction -> a+ must contract, else it grows
 from step to step.  (Nor does it settle in nature: there friction holds more than the drive pushes: the strut jams.)
 
-A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without
-friction and quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
+A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), or of as
+many as it takes until all its tasks are due together again, without friction and quantisation, is linearised at rest
+by central differences; a spectral radius above 1 grows.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from ..frames import quaternion_of_abc_np
 from ..kernel.pack import flatten
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
-from . import tick
-from .notes import Notes, StabilityWarning
+from . import law_tasks, tick
+from .notes import LawWarning, Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
@@ -147,11 +148,21 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
     """Of the linearised closed loop at home and rest, per sample of the law, which is bound by `law.on`."""
-    return float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
+    radius = float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
+    every = law_tasks.rates(law, period)
+    return radius ** (every[-1] / math.lcm(*every))
+
+
+def cycle_of(schedule) -> int:
+    """After how many ticks all tasks of a schedule are due together again."""
+    return math.lcm(*(task.every for task in schedule.tasks))
 
 
 def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
-    """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
+    """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included.
+
+    Of one sample of the law, or of one cycle of its tasks where it has some.
+    """
     quiet = machine.frictionless().replace(drive=machine.drive.unlimited())
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
@@ -164,8 +175,7 @@ def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
     values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()}
     values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
     values |= dict(zip(names, symbols, strict=True))
-    every = max(task.every for task in schedule.tasks)
-    for k in range(every):
+    for k in range(cycle_of(schedule)):
         for task in (*schedule.tasks, *(schedule.substep * substeps)):
             if k % task.every == 0:
                 out = task.function(*[values[name] for name in task.reads])
@@ -182,7 +192,9 @@ def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
 
 
 def check_loop(machine, law, period, substeps, strict: bool = False, notes: Notes | None = None) -> float | None:
-    """Warn (`strict`: refuse) when law and period do not go together on this machine; `notes` keeps the warning.
+    """Warn (`strict`: refuse) when law and period do not go together on this machine; `notes` keeps the warnings.
+
+    What the law doubts itself is warned of too.
 
     The spectral radius a sample of the law; None for a law in plain NumPy.
 
@@ -191,6 +203,9 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
     ExperimentError
         only with `strict`.
     """
+    notes = Notes() if notes is None else notes
+    for doubt in law.doubts():
+        notes.warn(f"{law.kind}: {doubt}", LawWarning)
     if not law.symbolic:
         return None
     radius = spectral_radius(machine, law, period, substeps)
@@ -202,7 +217,7 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
         cure = "lower the bandwidth or shorten the period"
         if strict:
             raise ExperimentError(rule, key="controller", value=value, limit="1", cure=cure)
-        (Notes() if notes is None else notes).warn(f"{rule}: {value}; {cure}", StabilityWarning)
+        notes.warn(f"{rule}: {value}; {cure}", StabilityWarning)
     return radius
 
 
