@@ -1,0 +1,1 @@
+from .regress import estimate
