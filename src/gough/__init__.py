@@ -38,6 +38,7 @@ _PUBLIC = {
     "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
+    "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
     "report": "report",

@@ -152,26 +152,26 @@ def test_numbers_are_told_apart_from_equations(law):
     assert not np.array_equal(other.theta, law.theta)
 
 
-def test_it_follows_a_slow_circle_within_its_band(law, machine):
+def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
     circle = gk.Circle(radius=0.05, feed=0.05)
+    free = LAWS[request.node.callspec.params["law"]]
     known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be
-    log = gk.simulate(
-        machine if known else machine.replace(friction=None), law.replace(machine=None, period=None), circle
-    )
+    log = gk.simulate(machine if known else machine.replace(friction=None), free, circle)
     assert log.dataset.attrs["status"] == "done"
     speed, t = 0.05, log["t"]
     steady = (t > 0.5) & (t < t[-1] - 1.0)
     # lag of the slowest loop direction: a / (K_v w'), a = v^2 / r, w' > 0.4 w; computed torque: encoder noise only
     worst = speed**2 / 0.05 / (2 * np.pi * 10) / (0.4 * 3 * 2 * np.pi * 10) if law.kind == "pid" else 5e-6
-    if law.kind == "axis_pd":  # springs about the forces at the start; 5 %: its swing at the start and encoder counts
+    if law.kind == "axis_pd":  # springs about the forces at the start; 5 %: its swing at the start
         x, xd = log["x_r"][steady], log["xd_r"][steady]
         u = machine.inverse_dynamics(x, xd, np.gradient(xd, t[steady], axis=0))
         u0 = machine.inverse_dynamics(log["x_r"][0], np.zeros(6), np.zeros(6))
         away = np.linalg.solve(machine.jacobian(x), (u - u0)[..., None])[:, :3, 0] / law.stiffness
-        worst = 1.05 * np.linalg.norm(away, axis=-1).max()
-    if getattr(law, "friction_speed", None) == "measured":  # fades over 50 mm/s here: reversals' glitches remain
-        worst = 15e-6
+        worst = 1.05 * np.linalg.norm(away, axis=-1).max() + machine.drive.encoder
+    if getattr(law, "friction_speed", None) == "measured":
+        # it fades over 50 mm/s here, so most friction is left to the surface: at most 690 N on k L = 740 kg x 200 x 100
+        worst = 690 / (740 * 200 * 100)
     assert log["contour_error"][steady].max() < worst
 
 

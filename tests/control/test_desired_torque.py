@@ -144,7 +144,7 @@ def run_table(machine, law, state, table, x0):
         {"theta_plant": machine.theta, "theta_law": law.theta, "wrench": np.zeros(6)},
         start.states(schedule, start.Start(z, state, u0), row),
     )
-    out = simulation.advance(len(table.x), start.inputs(table, 0, 0))[:, 0]
+    out = simulation.advance(len(table.x), start.inputs(table, 0, schedule))[:, 0]
     return {name: out[:, where] for name, where in kernel.columns.items()}
 
 

@@ -129,6 +129,8 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 
 [plant]                          # what is true and nobody told the controllers; leave out if all is as believed
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
+# "joints.friction" = "none"     # the machine has it, this one has not
+# friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W

@@ -64,6 +64,9 @@ class DesiredTorqueAdaptive(Controller):
         "started": ("joint", "N", "force at the start that the first estimates did not know, fading"),
     }
 
+    tuned: ClassVar = ("pole", "observer_pole")
+    adapted: ClassVar = ("parameters",)
+
     kind: Literal["desired_torque_adaptive"] = "desired_torque_adaptive"
     pole: float = quantity("1/s", "w, both poles of the following error", above=0)
     observer_pole: float | None = quantity(

@@ -223,6 +223,10 @@ class Machine(Part):
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 
+    def coordinates(self, x) -> np.ndarray:
+        """z of poses.  (..., d) -> (..., len(z))."""
+        return self.arrays.run("coordinates", column(x, len(self.task), "pose"))[0]
+
     def inverse_kinematics(self, x) -> np.ndarray:
         """Joint coordinates of poses.  (..., d) -> (..., n).  One answer or none; limits are not checked here.
 

@@ -9,6 +9,7 @@ from .. import frames
 from ..errors import SingularityError, WorkspaceError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np, rotation_of_vector_np
 
+
 def space_names(machine) -> tuple[str, ...]:
     """What each column of `workspace_margins` says when it is negative."""
     space = machine.limits.workspace
@@ -65,9 +66,7 @@ def outside_workspace(machine, index: int, margin: float, place: str | None) -> 
     space = machine.limits.workspace
     across = [space.radius] if space.size is None else list(space.size / 2)
     bound = (*across, space.height / 2, space.tilt, space.c)[index]
-    shown = [
-        f"{v:.6g} m" if index <= len(across) else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)
-    ]
+    shown = [f"{v:.6g} m" if index <= len(across) else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)]
     cure = "move the work (origin), or declare a larger limits.workspace"
     return WorkspaceError(space_names(machine)[index], where=place, value=shown[0], limit=shown[1], cure=cure)
 

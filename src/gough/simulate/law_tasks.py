@@ -37,6 +37,12 @@ def rates(law: Controller, period: float) -> tuple[int, ...]:
     return (*(every * _multiple(law, task) for task in law.tasks()), every)
 
 
+def cycle(law: Controller, period: float) -> float:
+    """The time after which all tasks of `law` are due together again, s; its period where it has none."""
+    every = rates(law, period)
+    return law.period * (math.lcm(*every) // every[-1])
+
+
 def _multiple(law: Controller, task: LawTask) -> int:
     """How many periods of `law` the period of its `task` has."""
     try:
