@@ -41,6 +41,7 @@ _PUBLIC = {
     "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
+    "identify": "identify.fit",
     "report": "report",
     "export": "export",
     "load_experiment": "experiment",
@@ -48,7 +49,7 @@ _PUBLIC = {
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "identify", "report", "export")  # packages that are also called: gk.simulate(...)
 
 __all__ = [*_PUBLIC]
 

@@ -26,10 +26,9 @@ import numpy as np
 
 LIMIT = 0.5  # of its size: a deviation beyond is no knowledge
 ROUNDING = 1e-9  # of the largest singular value; those of rounding are 1e-15 of it, those of machines above 1e-5
-_SHOWN = 1e-2  # of its size: what a name leaves out
+_SHOWN = 1e-2  # of a size: what a name leaves out, and what leaves a parameter alone
 _TERMS = 4  # that a name shows
 _ZERO = 1e-12  # of a coefficient: rounding of eq. (2)
-_APART = 1e-6  # a coefficient below it leaves a parameter alone: geometry is written to nine digits
 _TENTH = 0.1
 
 
@@ -101,7 +100,7 @@ def base_parameters(A, names: Sequence[str], units: Sequence[str], size, noise: 
         kept, K = chosen, np.zeros((r, p))
         K[np.arange(r), kept] = 1.0
         K[:, rest] = beta * size[kept, None] / size[rest]
-        together = np.abs(beta) >= _APART
+        together = np.abs(beta) >= _SHOWN
         seen[kept] = np.where(together.any(1), "combined", "alone")
         seen[rest] = np.where(together.any(0), "combined", "not")
         kept_s = np.linalg.svd(A[:, kept], compute_uv=False)

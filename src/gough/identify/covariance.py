@@ -69,7 +69,11 @@ def _lagged(X, e, used, lag: int, whole: bool = False) -> np.ndarray:
     """sum over i of X_i' G_l X_{i+l}.  (r, r).  `whole`: G_l of all rows, as a triangle needs it."""
     N = len(e)
     a, b = slice(0, N - lag), slice(lag, N)
-    pairs = used[a].astype(float).T @ used[b]
-    G = e[a].T @ e[b] / np.maximum(used.astype(float).T @ used if whole else pairs, 1.0)
+    if whole:  # one divisor for all lags: so the matrix of all of them is no less than 0
+        each = np.sqrt(used.sum(0).astype(float))
+        pairs = np.outer(each, each)
+    else:
+        pairs = used[a].astype(float).T @ used[b]
+    G = e[a].T @ e[b] / np.maximum(pairs, 1.0)
     r = X.shape[-1]
     return (G.T @ X[a]).reshape(-1, r).T @ X[b].reshape(-1, r)

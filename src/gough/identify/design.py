@@ -21,7 +21,7 @@ from ..machine.arrays import row_function
 from ..machine.base import Machine, force_limit
 from ..machine.workspace import random_poses, workspace_of
 from .base import base_parameters, sizes
-from .rows import Rows, rows_of_motion
+from .rows import Rows, friction_columns, loaded_kinds, normal_forces, rows_of_motion
 
 SMOOTH = 0.02  # of a joint's greatest speed
 _POSES = 150  # of the structural regressor: 900 forces for some 30 columns
@@ -85,11 +85,13 @@ def design_of(machine: Machine, sought: np.ndarray | None = None, friction=("cou
     regressor = row_function("regressor", machine)
     flat, _, qd = regressor(machine.theta, x, xd, xdd)
     n, own = machine.joints_count, len(machine.parameters.names)
-    Y = ca.reshape(flat, own, n).T
-    rub = {
-        "coulomb": ca.diag(ca.tanh(qd / (SMOOTH * speed_of(machine)))), "viscous": ca.diag(qd), "offset": ca.SX.eye(n),
-    }  # fmt: skip
-    Y = ca.horzcat(Y, *(rub[kind] for kind in friction))
+    sign = ca.tanh(qd / (SMOOTH * speed_of(machine)))
+    loads = normal_forces(machine, machine, x, xd, xdd) if loaded_kinds(machine, friction) else None
+    Y = [ca.reshape(flat, own, n).T]
+    for value, one in friction_columns(machine, friction, sign, qd, loads):
+        value = ca.SX.ones(n) if value is None else value
+        Y.append(value if one else ca.diag(value))
+    Y = ca.horzcat(*Y)
     X = Y[:, found.kept.tolist()] @ ca.diag(ca.DM(size[found.kept]))
     force = Y @ ca.DM(rows.values)
     names, g = _limits(machine, x, xd, xdd, qd, force)

@@ -2,6 +2,9 @@
 
     u = Y pi + noise,   Y (N, joints, p): inertial parameters, then Coulomb, viscous (and offset) of every joint   (1)
 
+Friction that scales with the normal forces N in the joints (load_stribeck, load_lugre) has columns N sign(q') and N q'
+of its coefficients besides, with N of the sheet's masses on this motion.
+
 Neighbouring samples of a log hold the same news twice.  Y and u are averaged over blocks as long as half a period of
 the filter's cutoff: the same average on both sides keeps (1), and the noise of two blocks is no longer one noise.
 Theory: docs/theory/identification.md.
@@ -11,16 +14,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
+import casadi as ca
 import numpy as np
 
+from ..declare import Shape
 from ..errors import ExperimentError, LogError
+from ..kernel.rows import compile_rows
 from ..machine.base import Machine
 from .signals import CUTOFF, Signals, signals_of
 
 SLOW = 0.02  # of a joint's greatest speed: below it friction is not Coulomb's but sticks, creeps or has no sign
 _CHUNK = 8192  # samples whose regressor is held at once
 FRICTION = ("coulomb", "viscous", "offset")
+_LOADED = {"coulomb": "1", "viscous": "s/m"}  # of coefficients of a normal force
 _UNITS = {"coulomb": "N", "viscous": "N s/m", "offset": "N"}
 
 
@@ -105,6 +113,11 @@ def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ..
         )
     own, n = machine.parameters, machine.joints_count
     names, units, values = list(own.names), list(own.units), list(own.values)
+    for kind in loaded_kinds(machine, friction):
+        number = np.atleast_1d(getattr(machine.friction, kind))
+        names += [f"friction.load.{kind}" + (f"[{i}]" if len(number) > 1 else "") for i in range(len(number))]
+        units += [_LOADED[kind]] * len(number)
+        values += list(number)
     every = machine.parameters_of(friction=True)
     sheet = dict(zip(every.names, every.values, strict=True))
     for kind in friction:
@@ -116,14 +129,55 @@ def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ..
     return tuple(names), tuple(units), np.array(values)
 
 
-def _regressor(machine, x, xd, xdd, friction) -> np.ndarray:
-    """Y of eq. (1).  (N, n, p)."""
-    own = len(machine.parameters.names)
+def loaded_kinds(machine: Machine, friction: Sequence[str]) -> tuple[str, ...]:
+    """The kinds of friction that scale with normal forces, among those that have columns."""
+    loaded = machine.friction is not None and machine.friction.loaded
+    return tuple(kind for kind in _LOADED if loaded and kind in friction)
+
+
+def friction_columns(machine: Machine, friction: Sequence[str], sign, speed, loads) -> list:
+    """The columns behind the inertial ones, as matrices (n, k) by `columns_of`; diagonals (n,) in and SX or NumPy out.
+
+    sign, speed (n,) of the joints; loads (n,) the normal forces, or None.
+    """
+    out = []
+    of = {"coulomb": sign, "viscous": speed}
+    for kind in loaded_kinds(machine, friction):
+        one = np.ndim(getattr(machine.friction, kind)) == 0
+        out.append((loads * of[kind], one))
+    return out + [(of.get(kind), False) for kind in friction]
+
+
+@lru_cache(maxsize=16)
+def _load_rows(shape: Shape):
+    """(theta, x, xd, xdd) -> normal forces (n,), on arrays."""
+    m = shape.part
+    p, theta = m.symbols
+    x, xd, xdd = (ca.SX.sym(name, len(m.task)) for name in ("x", "xd", "xdd"))
+    return compile_rows(ca.Function("normal_forces", [theta, x, xd, xdd], [normal_forces(m, p, x, xd, xdd)]))
+
+
+def normal_forces(machine, p, x, xd, xdd):
+    """The normal forces that scale the joints' friction on a motion, of the view `p`.  (n,) N, SX."""
+    pi = {key: value for key, (value, _) in machine.inertial(p).items()}
+    return machine.friction_load(p, pi, machine.coordinates_of(x), xd, xdd)
+
+
+def _regressor(machine, x, xd, xdd, friction, sign=None) -> np.ndarray:
+    """Y of eq. (1), with signs (N, n) of the speeds in place of its own.  (N, n, p)."""
+    own, n = len(machine.parameters.names), machine.joints_count
     full = machine.regressor(x, xd, xdd, friction=bool(friction))
-    n = machine.joints_count
-    pieces = {"coulomb": full[..., own : own + n], "viscous": full[..., own + n :]}
-    pieces["offset"] = np.broadcast_to(np.eye(n), (*full.shape[:-1], n))
-    return np.concatenate([full[..., :own], *(pieces[kind] for kind in friction)], -1)
+    if not friction:
+        return full
+    diagonal = np.arange(n)
+    speed = full[..., diagonal, own + n + diagonal]
+    sign = full[..., diagonal, own + diagonal] if sign is None else sign
+    loads = _load_rows(Shape(machine))(machine.theta, x, xd, xdd)[0] if loaded_kinds(machine, friction) else None
+    eye, out = np.eye(n), [full[..., :own]]
+    for value, one in friction_columns(machine, friction, sign, speed, loads):
+        value = np.ones_like(speed) if value is None else value
+        out.append(value[..., None] if one else eye * value[..., None, :])
+    return np.concatenate(out, -1)
 
 
 def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
@@ -136,7 +190,7 @@ def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
     step = max(1, _CHUNK // block)
     for k in range(0, count, step):
         rows = slice(k * block, min(k + step, count) * block)
-        Y = _regressor(machine, s.x[rows], s.xd[rows], s.xdd[rows], friction)
+        Y = _regressor(machine, s.x[rows], s.xd[rows], s.xdd[rows], friction, s.sign[rows])
         out.append(Y.reshape(-1, block, *Y.shape[1:]).mean(1))
     m = count * block
     n = u.shape[1]

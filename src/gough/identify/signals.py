@@ -1,7 +1,8 @@
 """From the columns of a log to a motion with its derivatives and the force that belongs to it.
 
-The joints' readings are filtered forwards and backwards by a Butterworth low-pass of fourth order, so that nothing is
-delayed, and a spline of fifth order through them gives q, q', q''.  Then, on the machine as believed,
+The joints' readings, the forces and the signs of the speeds are all filtered alike, by a low-pass that delays
+nothing: the gain 1 / (1 + (f / f_c)^8), that of a Butterworth filter of fourth order run forwards and backwards.  What
+it takes from a sudden force it takes from the acceleration that the force makes.  A spline of fifth order through the readings gives q, q', q''.  Then, on the machine as believed,
 
     x from q by forward kinematics,   xd = J^-1 q',   xdd = J^-1 (q'' - J' xd)                                     (1)
 
@@ -22,6 +23,7 @@ from ..units import to_si
 CUTOFF = 20.0  # Hz; ten times what a machine of a ton is moved at, a tenth of what its controllers do
 _GAP = 1.5  # of the usual step of time, from which a step is a gap
 _UNEVEN = 1e-3  # of a step: more is jitter, and derivatives of unevenly read joints are wrong
+_PAD = 3.0  # periods of the cutoff by which columns are continued at both ends
 _FEWEST = 64  # samples of a stretch worth keeping
 
 
@@ -33,6 +35,7 @@ class Signals(NamedTuple):
     xd: np.ndarray  # (n, d) task rate
     xdd: np.ndarray  # (n, d) its rate
     qd: np.ndarray  # (n, joints) speed of the joints
+    sign: np.ndarray  # (n, joints) its sign, filtered as u is
     u: np.ndarray  # (n, joints) N
     good: np.ndarray  # (n, joints) bool: not at the drive's limit
     friction: np.ndarray | None  # (n, joints) N where the log has it
@@ -74,11 +77,14 @@ def signals_of(log, machine, cutoff: float | None = CUTOFF, hold: float | None =
             k = int(a + uneven.argmax())
             raise LogError("rows are unevenly apart", key="t", where=f"row {k}", value=f"{t[k + 1] - t[k]:.6g} s",
                            limit=f"{Ts:.6g} s", cure="resample the log evenly first")  # fmt: skip
-        motion = _derivatives(q[a:b], Ts, cutoff, hold)
-        x, xd, xdd, qd = _poses(machine, *(m[trim : b - a - trim] for m in motion), None if near is None else near[part])
+        keep = slice(trim, b - a - trim)
+        low = _low_pass(cutoff, Ts)
+        motion = _derivatives(low(q[a:b]), Ts, hold)
+        sign = low(np.sign(motion[1]))[keep]
+        x, xd, xdd, qd = _poses(machine, *(m[keep] for m in motion), None if near is None else near[part])
         found.append(Signals(
-            t[part] + hold / 2, x, xd, xdd, qd, u[part], ~saturated[part],
-            None if friction is None else friction[part], Ts,
+            t[part] + hold / 2, x, xd, xdd, qd, sign, low(u[a:b])[keep], ~saturated[part],
+            None if friction is None else low(_later(friction[a:b], hold / Ts / 2))[keep], Ts,
         ))  # fmt: skip
     if not found:
         raise LogError(
@@ -124,18 +130,39 @@ def _period(log) -> float:
     return to_si(period, "s") if isinstance(period, str) else float(period or 0.0)
 
 
-def _derivatives(q, Ts, cutoff, ahead):
-    """q, q', q'' at `ahead` s behind every row.  (n, joints) each."""
-    from scipy.interpolate import make_interp_spline
-    from scipy.signal import butter, sosfiltfilt
+def _low_pass(cutoff: float | None, Ts: float):
+    """The filter, on columns (n, joints); none where there is no cutoff."""
+    if cutoff is None:
+        return lambda columns: columns
 
-    if cutoff is not None:
-        sos = butter(4, cutoff, fs=1 / Ts, output="sos")
-        first = q[:1]  # filters of numbers near 0 lose fewer digits
-        q = first + sosfiltfilt(sos, q - first, axis=0)
+    def filtered(columns):
+        n = len(columns)
+        pad = min(n - 1, int(np.ceil(_PAD / (cutoff * Ts))))
+        first, last = columns[:1], columns[-1:]
+        # turned over at both ends, so that neither value nor slope jumps there; about 0, to lose fewer digits
+        long = np.concatenate([2 * first - columns[pad:0:-1], columns, 2 * last - columns[-2 : -pad - 2 : -1]])
+        slope = np.linspace(0, 1, len(long))[:, None] * (long[-1:] - long[:1]) + long[:1]
+        f = np.fft.rfftfreq(len(long), Ts)
+        gain = 1 / (1 + (f / cutoff) ** 8)
+        low = np.fft.irfft(np.fft.rfft(long - slope, axis=0) * gain[:, None], len(long), axis=0) + slope
+        return low[pad : pad + n]
+
+    return filtered
+
+
+def _derivatives(q, Ts, hold):
+    """q, q', q'' at hold / 2 behind every row.  (n, joints) each."""
+    from scipy.interpolate import make_interp_spline
+
     t = np.arange(len(q)) * Ts
     spline = make_interp_spline(t, q, k=5)
-    return tuple(spline(np.minimum(t + ahead, t[-1]), nu) for nu in range(3))
+    return tuple(spline(np.minimum(t + hold / 2, t[-1]), nu) for nu in range(3))
+
+
+def _later(columns, share: float) -> np.ndarray:
+    """Columns read at the rows' times (n, joints), `share` of a step later; the last row stays."""
+    after = np.concatenate([columns[1:], columns[-1:]])
+    return columns + share * (after - columns)
 
 
 def _poses(machine, q, qd, qdd, near):
