@@ -46,7 +46,8 @@ def _picture(turns: Sequence[Turn]) -> Any:
         if name.startswith("computed"):
             ax.plot(turn.angle, turn.error / UM, linewidth=1.0, label=name.removeprefix("computed torque, "))
     style.label(ax, "Computed torque at 0.4 m/s", "angle on the circle [rad]", "error of the radius [µm]")
-    style.legend_above(ax)
+    ax.set_ylim(-2, 26)  # room for the legend
+    style.legend(ax, loc="upper right")
     return ax
 
 

@@ -30,7 +30,7 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
          "Figure 6: the estimates over the truth while the machine moves, from half of it."),
         ("figure_6_translation", _learned(found.translation, "Learning, translation"),
          "The same from a translation, as in the paper: the inertias (dashed) are not shown and stay."),
-        ("friction_drift", _learned(found.drift, "Friction drifts", limits=(0.9, 1.1)),
+        ("friction_drift", _learned(found.drift, "Friction drifts", limits=(0.85, 1.1)),
          "Friction grows by 20 % in ten minutes: the estimates over the truth of the moment."),
         ("figure_7", _circle(pd, "Linear axis controllers"), f"Figure 7: errors magnified {MAGNIFIED} times."),
         ("figure_8", _circle(both, "Linear and nonlinear control"), f"Figure 8: errors magnified {MAGNIFIED} times."),
@@ -43,7 +43,10 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
     return out
 
 
-GROUPS = {"friction.coulomb": "Coulomb friction", "friction.viscous": "viscous friction"}
+GROUPS = {  # start of a parameter's name -> what one colour stands for
+    "friction.coulomb": "Coulomb friction", "friction.viscous": "viscous friction", "platform.I": "inertias",
+    "platform.m c": "first moment", "platform.m": "platform mass", "carriage.m": "motor mass",
+}  # fmt: skip
 
 
 def _learned(run: Learned, title: str, limits=(0.0, 1.6)) -> Any:
@@ -54,7 +57,7 @@ def _learned(run: Learned, title: str, limits=(0.0, 1.6)) -> Any:
         true = run.true[:, j]
         if not true.all():  # what is 0 has no share
             continue
-        group = GROUPS.get(name.partition("[")[0], name)
+        group = next(told_as for start, told_as in GROUPS.items() if name.startswith(start))
         colour = colours.setdefault(group, style.COLOURS[len(colours) % len(style.COLOURS)])
         share = run.p[:, j] / true
         rows = thin(share)
@@ -64,7 +67,7 @@ def _learned(run: Learned, title: str, limits=(0.0, 1.6)) -> Any:
         ax.plot(run.t[rows] / 60, share[rows], dash, linewidth=0.9, color=colour, label=label)
     ax.set_ylim(*limits)
     style.label(ax, title, "time [min]", "estimate over truth")
-    style.legend_above(ax)
+    style.legend(ax, loc="lower right", ncols=3)
     return ax
 
 
@@ -79,5 +82,5 @@ def _circle(turns: dict[str, Turn], title: str) -> Any:
         ax.plot(r * np.cos(turn.angle), r * np.sin(turn.angle), linewidth=1.1, label=name)
     ax.set_aspect("equal")
     style.label(ax, f"{title}, errors {MAGNIFIED} times", "x [mm]", "y [mm]")
-    style.legend_above(ax)
+    style.legend(ax, loc="center")
     return ax
