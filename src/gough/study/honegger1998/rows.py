@@ -194,7 +194,7 @@ def _limits(found: Results) -> list[Claim]:
         Claim(
             "perfect parameters, circle at 0.4 m/s, all at 300 us: following error", limits.equal, "m",
             (0.97 * limits.expected[0], 1.03 * limits.expected[0]), shown="um",
-            note="forces are half a sample late in the mean: docs/theory/desired_torque.md, (12)",
+            note="forces are half a sample late in the mean: (12) of the theory, desired_torque.md",
         ),
         Claim(
             "the same with the model every 900 us", limits.held, "m",
