@@ -9,7 +9,8 @@
     gough machines, show, new
 
 Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-check, identify, reproduce, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
+check, identify, reproduce, export, show, new; they are imported when they are called, so that `gough --help` stays
+quick.
 """
 
 from __future__ import annotations
