@@ -73,6 +73,7 @@ def test_intervals_of_95_percent_hold_the_truth_in_90_to_98_of_100_trials_with_1
     assert abs(bias) < 0.1, "1380 numbers of deviation 1 have a mean of deviation 0.03 to 0.1"
 
 
+@pytest.mark.full
 def test_intervals_are_as_honest_when_noise_remembers():
     """Neighbours alike to 0.8: of 600 rows a joint, nine tell as much as one.  Least squares would be off threefold."""
     share, _ = coverage("eth-hexaglide", 60, remembering, Ts=0.01)
