@@ -15,6 +15,8 @@ TABLES = {
                  "corner": "constant"},
     "spline": {"points": {"unit": "mm", "value": [[0, 0, 0], [50, 50, 10], [0, 98, 20]]}, "feed": "0.2 m/s",
                "angles": {"unit": "deg", "value": [[0, 0, 0], [5, 0, 0], [0, 5, 0]]}, "closed": True},
+    "fourier": {"period": "4 s", "sine": {"unit": "mm", "value": [[20, 0, 0], [-10, 0, 0]]},
+                "turn_sine": {"unit": "deg", "value": [[0, 2, 0], [0, -1, 0]]}},
     "circle_diamond_square": {"feed": "2400 mm/min", "settle": "0.1 s"},
     "circular_test": {"radius": "100 mm", "feed": "3 m/min", "overlap": "90 deg",
                       "plane": ["90 deg", "0 deg", "0 deg"]},
