@@ -83,10 +83,10 @@ class SlidingLaw(Controller):
         description='numbers of the sheet to learn, "a + b" by one factor; the machine\'s choice if left out',
     )
     inertia_rate: float = quantity("1/J", "how fast inertial parameters are learned", default=0.3, at_least=0)
-    bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,))
+    bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,), at_least=0)
     leakage: float = quantity("W", "s_0 of the sigma modification", default=1.0, at_least=0)
     leakage_norm: float = quantity(
-        "1", "M_0, root mean square of the factors above which it acts", default=1.5, above=0
+        "1", "M_0, root mean square of a group of factors above which it acts", default=1.5, above=0
     )
     regressor: Literal["desired", "actual"] = Field("desired", description="motion at which is learned")
 
@@ -133,30 +133,37 @@ class SlidingLaw(Controller):
         return np.array([name.startswith("w") for name in self.machine.velocities])
 
     def _check_adapt(self) -> None:
-        known = self.machine.names
+        known, before = self.machine.names, set()
         for i, text in enumerate(self.adapt):
-            for name in _names(text) - set(known):
+            for name in sorted(_names(text) - set(known)):
                 raise ExperimentError(
-                    f"{self.machine.name} has no such number",
-                    key=f"adapt.{i}",
-                    value=name,
-                    cure=did_you_mean(name, known),
-                )
-        nonlinear = self._nonlinear()
+                    f"{self.machine.name} has no such number", key=f"adapt.{i}", value=ascii(name),
+                    cure=did_you_mean(name, known if name else self.machine.adaptable),
+                )  # fmt: skip
+            for name in sorted(_names(text) & before):
+                raise ExperimentError("a number is learned by one factor", key=f"adapt.{i}", value=f"{name} once more")
+            before |= _names(text)
+        idle, nonlinear = self._unfit()
         if nonlinear:
             raise ExperimentError(
                 "the equations of motion are not linear in what is to be learned", key=f"adapt.{nonlinear[0]}",
-                value=self.adapt[nonlinear[0]], cure="learn masses, inertias and friction; geometry stays as it is",
+                value=self.adapt[nonlinear[0]], cure="learn masses and inertias; geometry stays as it is",
+            )  # fmt: skip
+        if idle:
+            raise ExperimentError(
+                "no force depends on it, so nothing is to be learned of it", key=f"adapt.{idle[0]}",
+                value=self.adapt[idle[0]], cure="learn masses and inertias; friction has factors and rules of its own",
             )  # fmt: skip
 
-    def _nonlinear(self) -> list[int]:
-        """Which groups f is not linear in."""
+    def _unfit(self) -> tuple[list[int], list[int]]:
+        """Which groups f does not depend on, and which it is not linear in."""
         m, d = self.machine, len(self.machine.velocities)
         theta, factors = ca.SX.sym("theta", len(self.theta)), ca.SX.sym("factors", len(self.adapt))
         z = ca.SX.sym("z", m.coordinates_of(ca.SX.sym("x", len(m.task))).shape[0])
         V, A = ca.SX.sym("V", d), ca.SX.sym("A", d)
         f = self._force_at(self._believed(theta, factors), z, m.jacobian_of(self.at(theta).machine, z), V, A)
-        return [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
+        idle = [i for i, used in enumerate(ca.which_depends(f, factors, 1)) if not used]
+        return idle, [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
 
     def _check_period(self, M) -> None:
         W = np.diag(self._weights(self))

@@ -121,6 +121,7 @@ def figure(campaigns: Sequence[Campaign], ax=None):
     ax.xaxis.set_minor_formatter("{x:g}")
     ax.tick_params("x", which="both", labelsize="small", labelcolor=style.INK)
     count = len(campaigns[0].contour)
-    style.label(ax, f"{count} drawn machines, {campaigns[0].case}", "largest contour error of a turn, um", "machines")
+    title = f"{count} drawn machines, {campaigns[0].case.replace(' um', ' µm')}; lines: medians"
+    style.label(ax, title, "largest contour error of a turn [µm]", "machines")
     style.legend(ax)
     return ax
