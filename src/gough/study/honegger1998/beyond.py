@@ -1,4 +1,4 @@
-"""What the paper does not ask: all of Table 2 beside ours, and what the way the observer is sampled is worth."""
+"""What the paper does not ask: all of Table 2 beside ours, what the sampling of the observer is worth, and more."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 from ...report import style
 from ..study import Beyond, Experiment
 from . import circle
-from .circle import Turn
+from .circle import KEYS, Turn
+from .excitation import SHORT
 from .experiments import FAST, SPEEDS
-from .rows import CTC, KEYS, TABLE_2, UM
+from .legs import LEGS
+from .rows import CTC, TABLE_2, UM
 from .setup import WEAK, axis_pd, computed_torque
 
 OBSERVERS = {"euler": "by Euler's method", "exact": "exactly"}
@@ -65,4 +67,4 @@ TABLE = Beyond(
     ),
 )
 
-BEYOND = (TABLE,)
+BEYOND = (TABLE, SHORT, LEGS)

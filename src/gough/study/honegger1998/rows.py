@@ -9,13 +9,13 @@ import numpy as np
 
 from ..claims import Claim
 from . import circle
+from .circle import KEYS
 from .experiments import FAST, SPEEDS, TURNED, Results
 from .learning import FIRST, TIME, WITHIN, Learned
 from .setup import OBSERVER_POLE, TRANSLATED, machine
 from .setup import TURNED as INERTIAS
 
 UM = 1e-6
-KEYS = ("min", "max", "mean", "sigma")
 TABLE_2 = {  # m: Table 2 of the paper
     0.1: (-17 * UM, 19 * UM, -2 * UM, 9 * UM),
     0.3: (24 * UM, 127 * UM, 73 * UM, 34 * UM),
