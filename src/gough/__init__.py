@@ -32,6 +32,8 @@ _PUBLIC = {
     "Spline": "program",
     "PID": "control.pid",
     "ComputedTorque": "control.computed_torque",
+    "RobustAdaptive": "control.robust_adaptive",
+    "FuzzyFriction": "control.fuzzy_friction",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "Log": "log",

@@ -370,7 +370,7 @@ def _view(part: Part, theta: Any, start: int) -> tuple[View, int]:
         size = int(np.size(value))
         piece = theta[start : start + size]
         # CasADi stores columns first, theta rows first
-        values[name] = piece if len(spec.shape) < 2 else piece.reshape((spec.shape[1], spec.shape[0])).T
+        values[name] = piece if len(spec.shape) < 2 else piece.reshape(np.shape(value)[::-1]).T
         start += size
     for name in type(part).model_fields:
         value = getattr(part, name)

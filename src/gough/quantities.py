@@ -23,7 +23,8 @@ class Quantity:
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
-    shape: tuple[int, ...] = ()  # (-1,): a single value for all, or one each, as many as the owner has
+    # (-1,): a single value for all, or one each, as many as the owner has; (-1, -1): a matrix, its size the owner's
+    shape: tuple[int, ...] = ()
 
     def check(self, raw: Any, from_file: bool) -> float | np.ndarray:
         """SI value of `raw`: read-only array or float.
@@ -34,7 +35,8 @@ class Quantity:
             not a quantity, wrong unit or shape, not finite, out of bounds.
         """
         value = np.array(self._si(raw, from_file), float)
-        if value.shape != self.shape and not (self.shape == (-1,) and value.ndim <= 1):
+        free = (self.shape == (-1,) and value.ndim <= 1) or (self.shape == (-1, -1) and value.ndim == 2)
+        if value.shape != self.shape and not free:
             raise InputError(f"must have shape {shape_text(self.shape)}", value=shape_text(value.shape))
         if not np.isfinite(value).all():
             raise InputError("must be finite", value=brief(raw))

@@ -16,6 +16,30 @@ LAWS = {
     "pid with all terms": gk.PID(bandwidth=10.0, derivative=1e-3, acceleration_feedforward=1.0),
     "computed torque": gk.ComputedTorque(bandwidth=16.0),
     "computed torque by poles": gk.ComputedTorque(poles=[100.0, 100.0, 200.0]),
+    "robust adaptive": gk.RobustAdaptive(slope=100.0, damping=250.0),
+    "robust adaptive with all terms": gk.RobustAdaptive(
+        slope=100.0,
+        damping=200.0,
+        sliding=300.0,
+        boundary=1e-2,
+        regressor="actual",
+        friction_speed="measured",
+        friction_smoothing=0.05,
+    ),
+    "fuzzy friction": gk.FuzzyFriction(slope=100.0, damping=250.0, accelerations=6),
+}
+# what waits while a drive is saturated, and a number that may change
+LEARNED = {
+    "pid": "integral",
+    "computed_torque": "integral",
+    "robust_adaptive": "parameters",
+    "fuzzy_friction": "weights",
+}
+NUMBER = {
+    "pid": {"bandwidth": 7.0},
+    "computed_torque": {"bandwidth": 7.0},
+    "robust_adaptive": {"slope": 70.0},
+    "fuzzy_friction": {"strength": 100.0},
 }
 PERIOD = 1e-3
 
@@ -87,13 +111,13 @@ def test_a_strut_that_is_too_short_is_pushed_longer(law, machine, rest):
         assert u[i] > u0[i]
 
 
-def test_a_saturated_drive_stops_the_integral(law, machine, rest):
+def test_a_saturated_drive_stops_integrals_and_learning(law, machine, rest):
     r, u0 = rest
     limit = machine.drive.torque_limit * 2 * np.pi / machine.drive.lead
     state = law.init(r, u0)
     for applied, moves in ((u0, True), (np.full(6, limit), False), (np.full(6, -limit), False)):
         _, after = stepped(law, state, r, Measurement(r.q - 1e-5, applied))
-        assert np.any(after.integral != state.integral) == moves
+        assert np.any(getattr(after, LEARNED[law.kind]) != getattr(state, LEARNED[law.kind])) == moves
 
 
 def test_states_have_names(law, machine, rest):
@@ -103,21 +127,30 @@ def test_states_have_names(law, machine, rest):
 
 def test_numbers_are_told_apart_from_equations(law):
     """Another gain is another theta, not another equation."""
-    other = law.replace(bandwidth=7.0) if getattr(law, "bandwidth", None) else law.replace(poles=[50.0, 60.0, 70.0])
+    other = (
+        law.replace(poles=[50.0, 60.0, 70.0])
+        if getattr(law, "poles", None) is not None
+        else law.replace(**NUMBER[law.kind])
+    )
     assert other.structure() == law.structure()
     assert other != law
     assert not np.array_equal(other.theta, law.theta)
 
 
 def test_it_follows_a_slow_circle_within_its_band(law, machine):
-    """3 m/min on 50 mm, no friction.  Both laws feed the speed forward, so the error is that of acceleration only."""
+    """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
     circle = gk.Circle(radius=0.05, feed=0.05)
-    log = gk.simulate(machine.replace(friction=None), law.replace(machine=None, period=None), circle)
+    known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be
+    log = gk.simulate(
+        machine if known else machine.replace(friction=None), law.replace(machine=None, period=None), circle
+    )
     assert log.dataset.attrs["status"] == "done"
     speed, t = 0.05, log["t"]
     steady = (t > 0.5) & (t < t[-1] - 1.0)
     # lag of the slowest loop direction: a / (K_v w'), a = v^2 / r, w' > 0.4 w; computed torque: encoder noise only
     worst = speed**2 / 0.05 / (2 * np.pi * 10) / (0.4 * 3 * 2 * np.pi * 10) if law.kind == "pid" else 5e-6
+    if getattr(law, "friction_speed", None) == "measured":  # fades over 50 mm/s here: reversals' glitches remain
+        worst = 15e-6
     assert log["contour_error"][steady].max() < worst
 
 

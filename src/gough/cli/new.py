@@ -161,6 +161,11 @@ bandwidth = "10 Hz"
 kind      = "computed_torque"    # inverse dynamics and PID on the tool's pose
 bandwidth = "10 Hz"
 
+# [[controller]]
+# kind    = "robust_adaptive"    # learns masses, drives and friction; or "fuzzy_friction", friction without a model
+# slope   = "100 1/s"            # decay of the error on the sliding surface
+# damping = "200 1/s"            # how fast the surface is reached
+
 [run]
 period    = "1 ms"               # of the controllers
 seed      = 0                    # of the encoder's noise

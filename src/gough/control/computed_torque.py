@@ -21,7 +21,6 @@ import casadi as ca
 import numpy as np
 from pydantic import model_validator
 
-from .. import frames
 from ..declare import Array, quantity
 from ..errors import InputError
 from ..mechanics.linear import solve_square_transposed
@@ -75,8 +74,7 @@ class ComputedTorque(Controller):
         p, m = self.at(theta), self.machine
         z, V, observer = forward.estimate(m, p.machine, state.observer, y.q, p.period)
         K_D, K_P, K_I = self.gains(p)
-        turn = frames.quaternion_product(frames.quaternion_of_abc(r.x[3:]), frames.conjugate(z[3:]))
-        e = ca.vertcat(r.x[:3] - z[:3], frames.rotation_vector_of_quaternion(turn))
+        e = forward.pose_error(r.x, z)
         a = r.xdd + K_D * (r.xd - V) + K_P * e + K_I * state.integral
         pi = {key: value for key, (value, _) in m.inertial(p.machine).items()}
         force = m.inverse_force(p.machine, pi, z, V, a) + state.started

@@ -13,10 +13,20 @@ from typing import Any
 from ..errors import ExperimentError, did_you_mean
 
 GROUP = "gough.controllers"
-OWN = {"pid": "gough.control.pid:PID", "computed_torque": "gough.control.computed_torque:ComputedTorque"}
+OWN = {
+    "pid": "gough.control.pid:PID",
+    "computed_torque": "gough.control.computed_torque:ComputedTorque",
+    "robust_adaptive": "gough.control.robust_adaptive:RobustAdaptive",
+    "fuzzy_friction": "gough.control.fuzzy_friction:FuzzyFriction",
+}
 
 # what a law named on the command line starts with, where it needs a number: half of what both library machines bear
-START = {"pid": {"bandwidth": "10 Hz"}, "computed_torque": {"bandwidth": "10 Hz"}}
+START = {
+    "pid": {"bandwidth": "10 Hz"},
+    "computed_torque": {"bandwidth": "10 Hz"},
+    "robust_adaptive": {"slope": "100 1/s", "damping": "200 1/s"},
+    "fuzzy_friction": {"slope": "100 1/s", "damping": "200 1/s"},
+}
 
 
 @cache

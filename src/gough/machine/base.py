@@ -123,6 +123,10 @@ class Machine(Part):
     # and where friction scales with forces in the joints (load_count > 0)
     #   loads_of(p, z, v, vd, memory, u) those forces
     #   joint_friction(p, z, v, loads)   what passive joints' friction adds to J' (u - friction), on v
+    #   friction_load(p, pi, z, v, vd)   the normal forces alone, of a motion
+    # and where v is not z' itself (a twist)
+    #   bracket(v, w)                    [v, w] of the velocities' frame
+    # adaptable                          numbers of the sheet that an adaptive law learns, "a + b" by one factor
 
     @cached_property
     def symbols(self) -> tuple[Any, Any]:
@@ -187,6 +191,35 @@ class Machine(Part):
         """Rate of the friction's memory at speeds qd (n,)."""
         load = loads[: self.joints_count] if self.friction.loaded else None
         return self.friction.memory_rate(p.friction, qd, memory, load)
+
+    def friction_load(self, p, pi, z, v, vd):
+        """The normal forces that scale the joints' friction on a motion, (n,) N; None where nothing scales it."""
+        return None
+
+    # -- what adaptive laws need ----------------------------------------------------------------------------------
+
+    adaptable: ClassVar[tuple[str, ...]] = ()
+
+    def drag(self, p):
+        """Viscous friction of the drives that no load scales and that counts as their own, N s/m: one, or (n,)."""
+        law = p.friction
+        return law.viscous_offset if self.friction is not None and self.friction.loaded else 0
+
+    @staticmethod
+    def bracket(v, w):
+        """[v, w] of the frame in which velocities are given: 0 where v = z' of independent coordinates."""
+        return ca.SX(*v.shape)
+
+    def passive_force(self, p, pi, z, v, v_r, vd_r):
+        """M v_r' + C(v) v_r + g with M' - 2 C(v) skew, on v: inverse dynamics in two velocities.  (len(v),).
+
+        C is that of the Levi-Civita connection of M, from two calls of h; docs/theory/sliding.md, eqs. (3)-(6).
+        """
+        turned = vd_r + self.bracket(v, v_r) / 2
+        rest = ca.SX(*v.shape)
+        mean = self.inverse_force(p, pi, z, (v + v_r) / 2, turned)
+        half = self.inverse_force(p, pi, z, (v - v_r) / 2, rest)
+        return mean - (half - self.inverse_force(p, pi, z, rest, rest))
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 

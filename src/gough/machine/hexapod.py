@@ -60,6 +60,18 @@ class Hexapod(JointForces):
     """Six-strut parallel machine tool.  Fields are the tables of its data sheet."""
 
     joint_names: ClassVar = tuple(f"strut {i}" for i in range(1, 7))
+    # Garagic and Srinivasan, ACC 2004, eq. (3); of a load-free friction the viscous part is V_a
+    adaptable: ClassVar = (
+        "drive.inertia",
+        "friction.viscous_offset",
+        "platform.mass",
+        "strut.moving.mass",
+        "strut.fixed.mass",
+        "strut.moving.transverse + strut.fixed.transverse",
+        "platform.inertia[0,0]",
+        "platform.inertia[1,1]",
+        "platform.inertia[2,2]",
+    )
 
     kind: Literal["hexapod"] = "hexapod"
     name: str = Field(default="hexapod", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")

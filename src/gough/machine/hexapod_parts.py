@@ -6,7 +6,7 @@ axis of the universal joint that is fixed in the base (`joints.base_axis`); so t
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -19,6 +19,7 @@ class JointFriction(Part):
     """Friction of the joints at both ends of every strut, mu r |reaction| about the axis they turn on."""
 
     input_error = SheetError
+    levels: ClassVar[tuple[str, ...]] = ("coefficient",)  # the numbers that friction is in proportion to
 
     coefficient: float = quantity("1", "friction coefficient mu of the joints", at_least=0)
     platform_radius: float = quantity("m", "radius r of the balls of the platform joints", at_least=0, at_most=1)

@@ -49,6 +49,12 @@ class JointForces(PlatformMachine):
             out += [ca.vertcat(*[reactions.magnitude(R[:, i]) for i in range(6)]) for R in (R_B, R_A)]
         return ca.vertcat(*out)
 
+    def friction_load(self, p, pi, z, v, vd):
+        """|N_a| + |N_b| of every strut on a motion.  The drives do not matter: they push along the strut.  (6,) N."""
+        if not (self.friction and self.friction.loaded):
+            return None
+        return reactions.reactions_of(self, p, pi, z, v, vd, ca.SX(6, 1)).normal
+
     def joint_friction(self, p, z, v, loads):
         """What the friction of the joints adds to J' (u - friction), on the twist.  (6,) [N; N m]."""
         if self.joints.friction is None:

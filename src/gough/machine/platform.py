@@ -72,6 +72,11 @@ class PlatformMachine(Machine):
         """z moved by a small twist d = [dp; rotation vector in W]: a step on SO(3), not on angles.  (7,)."""
         return ca.vertcat(z[:3] + d[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(d[3:]), z[3:]))
 
+    @staticmethod
+    def bracket(v, w):
+        """[v, w] of twists in axes of W: translations commute, turnings do not.  (6,)."""
+        return ca.vertcat(ca.SX(3, 1), ca.cross(w[3:], v[3:]))
+
     # -- the platform ---------------------------------------------------------------------------------------------
 
     @staticmethod

@@ -18,6 +18,12 @@ from .. import frames
 from ..mechanics.linear import solve_square
 
 
+def pose_error(x_r, z):
+    """[p_r - p; log(R_r R')] of a reference pose x y z a b c and coordinates z (7,).  (6,) m and rad."""
+    turn = frames.quaternion_product(frames.quaternion_of_abc(x_r[3:]), frames.conjugate(z[3:]))
+    return ca.vertcat(x_r[:3] - z[:3], frames.rotation_vector_of_quaternion(turn))
+
+
 class Pose(NamedTuple):
     """State of the observer: coordinates of the pose, (7,)."""
 
