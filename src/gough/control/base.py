@@ -19,6 +19,7 @@ from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from ..declare import Part, quantity
 from ..machine.base import Machine, force_limit
@@ -62,6 +63,13 @@ class Controller(Part):
             machine=self.machine if self.machine is not None else machine,
             period=self.period if self.period is not None else period,
         )
+
+
+def unknown_force(machine, r0, u0):
+    """What the joint forces u0 (n,) N do on v at rest at r0 beyond what the model of `machine` asks for.  (len(v),)."""
+    x0 = np.ravel(r0.x)
+    still = np.zeros(len(x0))
+    return machine.velocity_jacobian(x0).T @ (np.ravel(u0) - machine.inverse_dynamics(x0, still, still))
 
 
 def saturated(machine, p, u):

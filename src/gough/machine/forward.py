@@ -78,7 +78,7 @@ def impossible(machine, q):
 
 
 def newton(machine, q, x0, run):
-    """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, 7), iterations (N,)."""
+    """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, len(z)), iterations (N,)."""
     (z,) = machine.arrays.run("coordinates", x0)
     steps = np.zeros(len(q), int)
     reach = float(ca.evalf(ca.SX(machine.stride_of(machine))))

@@ -86,7 +86,7 @@ _PLANNING = threading.RLock()  # two runs of one program that start together pla
 
 @functools.lru_cache(maxsize=1)
 def _planned(program: Program, machine) -> Motion:
-    origin = np.asarray(machine.home if program.origin is None else program.origin, float)
+    origin = np.asarray(machine.program_zero if program.origin is None else program.origin, float)
     feed = machine.feed
     limits = Limits(
         feed.rapid,

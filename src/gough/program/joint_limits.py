@@ -146,7 +146,7 @@ class JointLimits:
 
     def _joints(self, block, u, ud, udd):
         motion = tool_motion(self.path, block, u, ud, udd)
-        return self.machine.joint_motion(motion.x, motion.xd, motion.xdd)
+        return self.machine.joint_motion(*self.machine.task_motion(motion.x, motion.xd, motion.xdd))
 
     def excess(self, feed) -> tuple[np.ndarray, np.ndarray]:
         """By which factors a joint exceeds its speed and its acceleration in each cell.  (n,), (n,)."""

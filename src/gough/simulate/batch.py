@@ -200,7 +200,7 @@ class Batch:
         out = out if len(live) == out.shape[1] else out[:, live]
         reference, book = (type(part)(*(column[:n] for column in part)) for part in (reference, book))
         row = {name: out[..., where] for name, where in kernel.columns.items()}
-        contour = self.meter(k, k + n, run.period, row["z"])
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row))
         for j, lane in enumerate(live):
             part = slice(0, ends[lane])
             self.sums[members[lane]].update(

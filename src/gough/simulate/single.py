@@ -104,7 +104,7 @@ class Single:
         reference = Reference(*(column[:n] for column in reference))
         row = {name: out[:, columns] for name, columns in self.kernel.columns.items()}
         book = self.motion.book(k, k + n, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"])
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row))
         self.sums.update(
             contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
             counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],

@@ -23,7 +23,6 @@ import numpy as np
 
 from ..declare import Shape
 from ..errors import ExperimentError, InputError
-from ..frames import quaternion_of_abc_np
 from ..kernel.pack import flatten
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
@@ -72,7 +71,7 @@ def largest_loads(machine) -> np.ndarray:
     pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
     a = np.concatenate([np.zeros((1, d)), pushes, -pushes])
     x, a = np.repeat(np.array(poses), len(a), axis=0), np.tile(a, (len(poses), 1))
-    z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
+    z = machine.standing(x)
     u, still = machine.inverse_dynamics(x, np.zeros(d), a), np.zeros(d)
     found = tick.loads_function(machine).map(len(x))(machine.theta, z.T, still, memory, a.T, u.T)
     return np.array(found).max(axis=1)
@@ -207,4 +206,4 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
 
 
 def _home(machine):
-    return np.array(ca.DM(machine.coordinates_of(ca.DM(machine.home)))).ravel()
+    return machine.coordinates(machine.home)

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import ExperimentError
-from ..frames import quaternion_of_abc_np
 from ..kernel import Schedule
 from ..program.reference import Reference
 from . import faults, joints, tick
@@ -34,7 +33,7 @@ def at_rest(believed, true, law, wrench, row: Reference) -> Start:
     if np.abs(true.inverse_kinematics(x0) - row.q).max() > 1e-12:  # joints as read, on the true geometry
         x0 = true.forward_kinematics(row.q, near=x0)
     u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), wrench)
-    return Start(np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]), law.init(row, u0), u0)
+    return Start(true.standing(x0), law.init(row, u0), u0)
 
 
 def schedule_of(
