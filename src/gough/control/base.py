@@ -57,6 +57,13 @@ class Controller(Part):
     def step(self, state, r, y, theta) -> tuple[Command, Any]:
         """The command of one sample and the next state, symbolic and pure; theta as `self.theta`."""
 
+    def standing(self) -> Controller:
+        """A law of the same linear loop that is defined at rest at home, for `simulate.stability`; itself for most."""
+        return self
+
+    def check_motion(self, motion, period: float) -> None:
+        """Refuse a motion that this law cannot follow, before it starts; most follow any."""
+
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""
         return self.replace(

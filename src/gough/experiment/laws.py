@@ -18,6 +18,7 @@ OWN = {
     "computed_torque": "gough.control.computed_torque:ComputedTorque",
     "robust_adaptive": "gough.control.robust_adaptive:RobustAdaptive",
     "fuzzy_friction": "gough.control.fuzzy_friction:FuzzyFriction",
+    "equivalent_error": "gough.control.equivalent_error:EquivalentError",
 }
 
 # what a law named on the command line starts with, where it needs a number: half of what both library machines bear
@@ -26,6 +27,7 @@ START = {
     "computed_torque": {"bandwidth": "10 Hz"},
     "robust_adaptive": {"slope": "100 1/s", "damping": "200 1/s"},
     "fuzzy_friction": {"slope": "100 1/s", "damping": "200 1/s"},
+    "equivalent_error": {},
 }
 
 

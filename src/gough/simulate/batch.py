@@ -61,6 +61,8 @@ class Batch:
                 cure="run them one after the other, or write the step in CasADi's operations",
             )
         self.motion = program.plan(machine)
+        for law in {id(law): law for law in self.laws}.values():
+            law.check_motion(self.motion, run.period)
         self.ticks = self.motion.count(run.period)
         self._check_rows()
         self.trip = trip_of(machine, run.ferror, run.min_ferror)
@@ -118,7 +120,7 @@ class Batch:
                 substeps = steps[id(plant)]
                 parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip)
                 try:
-                    at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
+                    at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
                     known[key] = _Ready(substeps, parameters, None, error)
                 else:

@@ -36,6 +36,7 @@ class Single:
         self.true = plant.true_machine
         self.law = controller.on(machine, run.period)
         self.motion = program.plan(machine)
+        self.law.check_motion(self.motion, run.period)
         self.ticks = self.motion.count(run.period)
         rows = -(-self.ticks // run.log_every)
         if rows > MOST_ROWS:
@@ -64,7 +65,7 @@ class Single:
         run, plant = self.run_part, self.plant
         self.trip = trip_of(self.believed, run.ferror, run.min_ferror)
         self.faults = start.check_faults(plant, self.true)
-        first = start.at_rest(self.believed, self.true, self.law, plant.wrench, self.row)
+        first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         self.signals = columns.chosen(run.signals, self.state, self.true)
         schedule = start.schedule_of(
