@@ -179,7 +179,7 @@ def row_function(name: str, m) -> ca.Function:
         return ca.Function(name, [theta, x, xd], [ca.vec(M), h])
     if name == "reactions":
         net = solve_square_transposed(J, m.inverse_force(p, pi, z, v, vd) - m.wrench_of(p, z, w))
-        found = [ca.vec(piece) for piece in m.reactions_of(p, z, v, vd, net) if piece is not None]
+        found = [ca.vec(piece) for piece in m.reactions_of(p, z, v, vd, net, w=w) if piece is not None]
         return ca.Function(name, [theta, x, xd, xdd, w], [ca.vertcat(*found), m.determinant_of(p, z)])
     if name == "regressor":
         symbols = {key: ca.SX.sym(key) for key in pi}

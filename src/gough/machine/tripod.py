@@ -44,10 +44,13 @@ from ..mechanics import bodies
 from ..mechanics.constrained import Moving
 from ..mechanics.linear import solve_square
 from ..mechanics.load_friction import FrictionLaw
+from .arrays import check_determinant
 from .base import Drive, Feed, reflected_mass
 from .constrained import ConstrainedMachine, ToolMotion
+from .reactions import Reactions
 from .tripod_limits import check_home, margins_of, told
 from .tripod_parts import Link, Slider, TripodJoints, TripodLimits, TripodRails, stands
+from .tripod_reactions import reactions_of
 
 NEWTON = 8  # from R = 1; quadratic: a tilt of 45 deg is there after 6
 _SIDES = ((0, 1), (1, 2), (2, 0))
@@ -128,8 +131,12 @@ class Tripod(ConstrainedMachine):
 
     def closure_of(self, p, z):
         """phi of eq. (2).  (3,) m."""
-        T, t = self.joints_in_W(p, z), ca.SX(p.joints.platform).T
-        out = []
+        return self.sides_of(p, self.joints_in_W(p, z))
+
+    @staticmethod
+    def sides_of(p, T):
+        """phi of eq. (2) by the joints T (3, 3), columns, in W.  (3,) m."""
+        t, out = ca.SX(p.joints.platform).T, []
         for i, j in _SIDES:
             side, true = T[:, i] - T[:, j], t[:, i] - t[:, j]
             out.append((ca.dot(side, side) - ca.dot(true, true)) / (2 * ca.norm_2(true)))
@@ -146,19 +153,27 @@ class Tripod(ConstrainedMachine):
 
     def tool_motion_of(self, p, z, zd):
         """Eqs. (3), (4)."""
-        T, t = self.joints_in_W(p, z), ca.SX(p.joints.platform).T
+        T = self.joints_in_W(p, z)
+        R = self.rotation_of(p, T)
+        arm = R @ (ca.sum2(ca.SX(p.joints.platform).T) / 3)
+        return ToolMotion(ca.sum2(T) / 3 - arm, R, self.twist_of(p, R, self.joint_speeds(p, z, zd)))
+
+    def rotation_of(self, p, T):
+        """R_WT of eq. (3) by the joints T (3, 3), columns, in W."""
+        return self._frame(T) @ self._frame(ca.SX(p.joints.platform).T).T
+
+    @staticmethod
+    def twist_of(p, R, speeds):
+        """[v_T; w] of eq. (4) by R_WT and the speeds of the joints (3, 3), columns, in W."""
+        t = ca.SX(p.joints.platform).T
         middle = ca.sum2(t) / 3
-        R = self._frame(T) @ self._frame(t).T
-        arm = R @ middle
-        speeds = self.joint_speeds(p, z, zd)
         s = t - ca.repmat(middle, 1, 3)
         spread, lever = ca.SX(3, 3), ca.SX(3, 1)
         for i in range(3):
             spread += ca.dot(s[:, i], s[:, i]) * ca.SX.eye(3) - s[:, i] @ s[:, i].T
             lever += ca.cross(s[:, i], R.T @ speeds[:, i])
         w = R @ solve_square(spread, lever)
-        v_T = ca.sum2(speeds) / 3 - ca.cross(w, arm)
-        return ToolMotion(ca.sum2(T) / 3 - arm, R, ca.vertcat(v_T, w))
+        return ca.vertcat(ca.sum2(speeds) / 3 - ca.cross(w, R @ middle), w)
 
     def coordinates_of(self, p, x):
         """z of a tool tip, eqs. (5), (6); NaN where a link does not reach.  (3,) -> (6,)."""
@@ -206,6 +221,30 @@ class Tripod(ConstrainedMachine):
                 I = m_l * L * L / 3 * (ca.SX.eye(3) - l[:, i] @ l[:, i].T)
                 out.append(Moving(m_l, m_l * L / 2 * l[:, i], I, ca.vertcat(along, h[:, i] * zd[3 + i])))
         return out
+
+    # -- forces in the joints -------------------------------------------------------------------------------------
+
+    reaction_fields: ClassVar = ("platform_joint", "base_joint", "multiplier")
+
+    def reactions_of(self, p, z, v, vd, net, loads=None, w=None):
+        """`tripod_reactions.reactions_of`; the drives' forces `net` follow from v' and are not asked."""
+        return reactions_of(self, p, z, v, vd, ca.SX(6, 1) if w is None else w)
+
+    def reactions(self, x, xd, xdd, wrench=None) -> Reactions:
+        """Forces in the joints on a motion.
+
+        x, xd, xdd (..., 3) each, `wrench` (..., 6) on the tool at its tip, in W.  `platform_joint` of the platform on
+        each link, `base_joint` of each slider on its link (..., 3, 3) N in W; `multiplier` (..., 3) N of the closure.
+
+        Raises
+        ------
+        SingularityError
+            where det J has fallen below limits.determinant of home's.
+        """
+        flat, ratio = self.arrays.run("reactions", *self._columns(x, xd, xdd), self._wrench(wrench))
+        check_determinant(ratio, self.limits.determinant)
+        vectors = [flat[..., k : k + 9].reshape(*flat.shape[:-1], 3, 3) for k in (0, 9)]
+        return Reactions(*vectors, multiplier=flat[..., 18:])
 
     # -- limits ---------------------------------------------------------------------------------------------------
 

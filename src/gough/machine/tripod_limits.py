@@ -26,7 +26,7 @@ def margins_of(m, p, z):
         names += [f"{link}: platform joint beyond its cone" for link in links]
         values.append(ca.sum1(in_T[0] * in_T[1]).T - ca.cos(limits.cone))
     names += [PHI_B, SINGULAR]
-    values += [inverse_condition(m.closed(p, z).phi_b) - 1 / limits.condition]
+    values += [inverse_condition(m.closed(p, z).phi_b, p.link.length) - 1 / limits.condition]
     values += [m.determinant_of(p, z) - limits.determinant]
     return tuple(names), ca.vertcat(*values)
 
@@ -36,11 +36,15 @@ def _links_in_T(m, p, z):
     return R.T @ m.links(p, z)
 
 
-def inverse_condition(A):
-    """1 / (|A| |A^-1|), Frobenius norms, of a (3, 3): |det A| / (|A| |adj A|), and 0 where A is singular."""
+def inverse_condition(A, length):
+    """1 / (L |A^-1|), Frobenius's norm, of phi_b (3, 3) m: |det A| / (L |adj A|), 0 where A is singular.
+
+    The condition number is taken against L, what a link's turning does at best: links square to their rails make all
+    of phi_b vanish, which |A| |A^-1| would not tell.
+    """
     rows = [A[i, :].T for i in range(3)]
     adj = ca.horzcat(*[ca.cross(rows[(i + 1) % 3], rows[(i + 2) % 3]) for i in range(3)])
-    return ca.fabs(ca.dot(rows[0], adj[:, 0])) / (ca.norm_fro(A) * ca.norm_fro(adj))
+    return ca.fabs(ca.dot(rows[0], adj[:, 0])) / (length * ca.norm_fro(adj))
 
 
 def told(m, index: int, margin: float) -> tuple[str, str, str]:

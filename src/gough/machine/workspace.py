@@ -107,9 +107,9 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
         )
     if len(beyond_limits):
         row = int(beyond_limits[0])
-        if unreachable is not None and unreachable[0] == row and np.isnan(found[row]).all():
-            raise unreachable[1].at(where=place(row))
         worst = int(np.argmax(outside[row]))
+        if unreachable is not None and unreachable[0] == row and np.isnan(found[row, worst]):
+            raise unreachable[1].at(where=place(row))
         raise beyond(machine, worst, found[row, worst], place(row))
     largest = int(np.argmax(number))
     return int(sample[largest]), float(number[largest])
@@ -121,7 +121,7 @@ _CURE = "move the work (origin), or change the limits of the machine"
 def beyond(machine, index: int, margin: float, place: str | None, time: float | None = None):
     """The error that the limit `index` of `Machine.margins` is exceeded by -margin."""
     rule, value, limit = machine.limit_told(index, margin)
-    kind = SingularityError if index == len(machine.limit_names) - 1 else WorkspaceError
+    kind = SingularityError if machine.limit_names[index].startswith("near a singularity") else WorkspaceError
     return kind(rule, where=place, value=value, limit=limit, time=time, cure=_CURE)
 
 
