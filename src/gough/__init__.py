@@ -37,6 +37,7 @@ _PUBLIC = {
     "EquivalentError": "control.equivalent_error",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
+    "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
     "report": "report",

@@ -31,6 +31,7 @@ FLOORS = [
     {"log"},
     {"simulate"},
     {"report", "export"},
+    {"study"},
     {"experiment"},
     {"cli"},
 ]

@@ -101,6 +101,7 @@ cone      = "45 deg"             # greatest angle of a joint from its direction 
 # condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
+#     or a box: size = ["0.3 m", "0.3 m"] instead of radius
 
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"
@@ -129,6 +130,8 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 
 [plant]                          # what is true and nobody told the controllers; leave out if all is as believed
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
+# "joints.friction" = "none"     # the machine has it, this one has not
+# friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W

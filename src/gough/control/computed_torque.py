@@ -46,6 +46,8 @@ class ComputedTorque(Controller):
         "started": ("twist", "N, N m", "force at rest that the model did not know"),
     }
 
+    tuned: ClassVar = ("bandwidth", "poles")
+
     kind: Literal["computed_torque"] = "computed_torque"
     bandwidth: float | None = quantity("Hz", "of the error: poles at (1, 1, 2) 2 pi bandwidth", default=None, above=0)
     poles: Array | None = quantity("1/s", "magnitudes of the three error poles", default=None, above=0, shape=(3,))

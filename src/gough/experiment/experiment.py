@@ -49,11 +49,13 @@ class Experiment:
 
     def locate(self, error: InputError, i: int) -> InputError:
         """An error of running controller i with its place in the file."""
-        placed = []
+        placed, own = [], set(type(self.controllers[i].law).model_fields) - {"machine", "period"}
         for problem in error.problems:
-            head, _, rest = (problem.key or "").partition(".")
-            if head == "controller":
-                problem = Problem(**{**problem.__dict__, "key": f"controller.{i}.{rest}".rstrip(".")})
+            key = problem.key or ""
+            head, _, rest = key.partition(".")
+            if head == "controller" or head in own:  # a law that does not fit the machine names its own numbers
+                inner = rest if head == "controller" else key
+                problem = Problem(**{**problem.__dict__, "key": f"controller.{i}.{inner}".rstrip(".")})
             placed.append(problem)
         return self.document.locate(type(error)(problems=placed))
 

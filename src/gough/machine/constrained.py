@@ -95,7 +95,7 @@ class ConstrainedMachine(Machine):
         """phi and its derivatives at coordinates z, and at rates zd."""
         z_, zd_ = self._symbols()
         found = constrained.closure(self.closure_of(p, z_), z_, self.joints_count, None if zd is None else zd_)
-        symbols, values = ([z_], [ca.SX(z)]) if zd is None else ([z_, zd_], [ca.SX(z), ca.SX(zd)])
+        symbols, values = ([z_], [_dense(z)]) if zd is None else ([z_, zd_], [_dense(z), _dense(zd)])
         known = [piece for piece in found if piece is not None]
         return constrained.Closure(*ca.substitute(known, symbols, values), *[None] * (4 - len(known)))
 
@@ -149,7 +149,7 @@ class ConstrainedMachine(Machine):
         z_, zd_ = self._symbols()
         J = ca.jacobian(self.tool_motion_of(p, z_, zd_).twist, zd_)
         B = constrained.dependent(self.closed(p, z))
-        J = ca.substitute([J], [z_], [ca.SX(z)])[0]
+        J = ca.substitute([J], [z_], [_dense(z)])[0]
         n = self.joints_count
         return J[:, :n] + J[:, n:] @ B
 
@@ -192,7 +192,7 @@ class ConstrainedMachine(Machine):
         rates = [constrained.rates(constrained.Moving(0, 0, 0, twist), z_, zd_) for twist in twists]
         flat = [piece for rate in rates for piece in rate]
         flat += [piece for body in bodies for piece in (ca.SX(body.m), ca.SX(body.mc), ca.SX(body.I))]
-        flat = ca.substitute(flat, [z_, zd_], [ca.SX(z), zd])
+        flat = ca.substitute(flat, [z_, zd_], [_dense(z), _dense(zd)])
         bd = constrained.dependent_acceleration(c, B, ca.SX(n, 1))  # b'' at v' = 0
         found = []
         for k in range(len(twists)):
@@ -250,5 +250,10 @@ class ConstrainedMachine(Machine):
         n, (z_, zd_) = self.joints_count, self._symbols()
         pi = {key: value for key, (value, _) in self.inertial(p).items()}
         F, c = self.whole_force(p, pi, z, v, vd)
-        J = ca.substitute([ca.jacobian(self.tool_motion_of(p, z_, zd_).twist, zd_)], [z_], [ca.SX(z)])[0]
+        J = ca.substitute([ca.jacobian(self.tool_motion_of(p, z_, zd_).twist, zd_)], [z_], [_dense(z)])[0]
         return constrained.multipliers(c, (J.T @ w - F)[n:])
+
+
+def _dense(value):
+    """As SX with every entry there: what substitute asks for."""
+    return ca.densify(ca.SX(value))

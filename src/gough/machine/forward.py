@@ -3,10 +3,10 @@
     r = q - q(z),   J d = r,   z <- p + d_v, exp(d_w) R                                                             (1)
 
 The step d is a twist increment; adding its rotation to roll, pitch and yaw instead is what makes the usual hexapod
-kinematics diverge beyond 55 degrees.  A machine of other legs than struts may give a system with the same answer that
-has steps where q(z) has none (`Machine.newton_system`).  Far from the answer the step is shortened to 0.3 rad and
-`Machine.stride_of`, a quarter of a leg or so, so that a start from home does not jump over a singularity into another assembly mode; if it still ends in one, det J
-has changed its sign, or the pose lies outside limits or workspace, and the answer is refused.
+kinematics diverge beyond 55 degrees.  A machine may give another system with the same answer, which has a step where
+q(z) has none (`Machine.newton_system`).  Far from the answer the step is shortened to 0.3 rad and `Machine.stride_of`,
+a quarter of a leg or so, so that a start from home does not jump over a singularity into another assembly mode; if it
+still ends in one, det J has changed its sign, or the pose lies outside limits or workspace, and the answer is refused.
 """
 
 from __future__ import annotations
@@ -79,7 +79,10 @@ def impossible(machine, q):
 
 def newton(machine, q, x0, run):
     """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, len(z)), iterations (N,)."""
-    (z,) = machine.arrays.run("coordinates", x0)
+    (z,) = machine.arrays.run("coordinates", x0, checked=False)
+    nowhere = ~np.isfinite(z).all(-1)  # no start at all: where dependent coordinates have none, home is as good
+    if nowhere.any():
+        z[nowhere] = machine.coordinates(machine.home)
     steps = np.zeros(len(q), int)
     reach = float(ca.evalf(ca.SX(machine.stride_of(machine))))
     active = np.flatnonzero(run)

@@ -45,7 +45,8 @@ from ..mechanics.constrained import Moving
 from ..mechanics.linear import solve_square
 from ..mechanics.load_friction import FrictionLaw
 from .arrays import check_determinant
-from .base import Drive, Feed, reflected_mass
+from .base import Feed
+from .drives import Screw, reflected_mass
 from .constrained import ConstrainedMachine, ToolMotion
 from .reactions import Reactions
 from .tripod_limits import check_home, margins_of, told
@@ -72,7 +73,7 @@ class Tripod(ConstrainedMachine):
     rails: TripodRails
     slider: Slider
     link: Link
-    drive: Drive
+    drive: Screw
     friction: FrictionLaw | None = None
     limits: TripodLimits
     feed: Feed = Feed()

@@ -74,6 +74,7 @@ class Batch:
         self.errors: list[RunError | None] = [None] * self.count
         self.kept = Kept(self.ticks, run.log_every, self.count)
         self.faults = max(len(plant.faults) for plant in plants)
+        self.drifts = any(plant.friction_drift for plant in plants)
         first = self.motion.sample(0, 1, run.period)
         self.row = Reference(*(column[0] for column in first))
         _, unreachable = self.reach.of(0, first.x)
@@ -116,9 +117,9 @@ class Batch:
                 same_structure("plant", [first, true], i)
                 start.check_faults(plant, true, f"plant.{i}.faults")
                 if id(plant) not in steps:
-                    steps[id(plant)] = stability.choose_substeps(true, run.period, run.substeps)
+                    steps[id(plant)] = stability.substeps_of(true, plant, self.motion.duration, run)
                 substeps = steps[id(plant)]
-                parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip)
+                parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip, self.drifts)
                 try:
                     at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
@@ -134,7 +135,7 @@ class Batch:
         run, true = self.run_part, self.true
         started = [one.start for one in ready if one.start is not None]
         self.state = started[0].law if started else self.law.init(self.row, np.zeros(len(self.row.q)))
-        self.signals = columns.chosen(run.signals, self.state, true)
+        self.signals = columns.chosen(run.signals, self.state, true, self.drifts)
         groups = defaultdict(list)
         for i, one in enumerate(ready):
             if one.start is not None:
@@ -142,8 +143,9 @@ class Batch:
         self.slabs, self.kernel = [], None
         for substeps, members in groups.items():
             schedule = start.schedule_of(
-                true, self.law, self.state, self.row, run.period, substeps, self.faults, self.trip, self.signals
-            )
+                true, self.law, self.state, self.row, run.period, substeps, self.faults, self.trip, self.signals,
+                self.drifts,
+            )  # fmt: skip
             self.kernel = kernels.compile(schedule, lanes=self.lanes)
             for at in range(0, len(members), SLAB):
                 self.slabs.append(self._slab(schedule, members[at : at + SLAB], ready))
@@ -167,7 +169,7 @@ class Batch:
             good, error = self.reach.of(k, reference.x)
             reference = Reference(*(column[:good] for column in reference))
             if good:
-                book, tables = self.motion.book(k, k + good, period), start.inputs(reference, k, self.faults)
+                book, tables = self.motion.book(k, k + good, period), start.inputs(reference, k, self.kernel.schedule)
                 for kernel, simulation, members in self.slabs:
                     shape = -(-len(members) // kernel.lanes) * kernel.lanes, kernel.width
                     if shape not in buffers:

@@ -18,7 +18,7 @@ from .trip import tripped
 SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 
 
-def chosen(signals, state, machine) -> set[str] | None:
+def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
     """The variables of the log that were asked for; None for all.
 
     Raises
@@ -30,7 +30,7 @@ def chosen(signals, state, machine) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += joints.available(machine)
+    known += [*joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -70,6 +70,8 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
         found[name if name.startswith("observer.") else owner] = values[..., 0] if values.shape[-1] == 1 else values
     if "memory" in row:
         found["plant.friction_memory"] = row["memory"][part]
+    if "friction_scale" in row:
+        found["plant.friction_scale"] = row["friction_scale"][part][..., 0]
     found |= joints.columns(row, part, joints.asked(signals))
     if signals is not None:
         found = {name: value for name, value in found.items() if name == "t" or name in signals}
@@ -80,6 +82,8 @@ def told(law, name: str) -> tuple:
     """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
     if name == "plant.friction_memory":
         return ("joint",), "m", "deflection of the friction's bristles"
+    if name == "plant.friction_scale":
+        return (), "1", "friction over that of the plant's numbers"
     if name in joints.FORCES:
         return joints.FORCES[name][1]
     said = law.states.get(name.removeprefix("controller."))

@@ -25,6 +25,13 @@ class Plant(Part):
         "m", "how far the tool stands from the program's first place when a run starts, in W", default=None,
         shape=(3,),
     )  # fmt: skip
+    friction_drift: float | None = quantity(
+        "1/s",
+        "all friction grows by so much of its first size a second; below 0 it falls",
+        default=None,
+        at_least=-1,
+        at_most=1,
+    )
     faults: list[EncoderFault] = Field(default_factory=list, max_length=32, description="faults of the encoders")
 
     @property

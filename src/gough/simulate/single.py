@@ -46,7 +46,7 @@ class Single:
                 limit=f"{MOST_ROWS} rows",
                 cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
             )
-        self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
+        self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
         self.notes = Notes()
         self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
         self.reach = Reach(machine, self.motion, run.period, self.notes)
@@ -67,13 +67,15 @@ class Single:
         self.faults = start.check_faults(plant, self.true)
         first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
-        self.signals = columns.chosen(run.signals, self.state, self.true)
+        drifts = bool(plant.friction_drift)
+        self.signals = columns.chosen(run.signals, self.state, self.true, drifts)
         schedule = start.schedule_of(
-            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals
-        )
+            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals,
+            drifts,
+        )  # fmt: skip
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
-            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip),
+            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip, drifts),
             start.states(schedule, first, self.row),
             seed=run.seed,
         )
@@ -98,7 +100,7 @@ class Single:
     def _advance(self, k: int, reference: Reference) -> int:
         """Simulate the rows of the reference, measure and keep.  How many ticks were good."""
         run, n = self.run_part, len(reference.x)
-        out = self.simulation.advance(n, start.inputs(reference, k, self.faults))[:, 0]
+        out = self.simulation.advance(n, start.inputs(reference, k, self.kernel.schedule))[:, 0]
         n = len(out)
         if n == 0:
             return 0

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import ExperimentError
 from ..kernel import Schedule
 from ..program.reference import Reference
-from . import faults, joints, tick
+from . import drift, faults, joints, tick
 from .trip import Trip, where_in, with_trip
 
 
@@ -40,25 +40,39 @@ def at_rest(believed, true, law, plant, row: Reference) -> Start:
 
 
 def schedule_of(
-    true, law, state, row: Reference, period: float, substeps: int, count: int, trip: Trip | None, signals=None
+    true,
+    law,
+    state,
+    row: Reference,
+    period: float,
+    substeps: int,
+    count: int,
+    trip: Trip | None,
+    signals=None,
+    drifts: bool = False,
 ) -> Schedule:
-    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, and forces in the joints
-    where `signals` asks for them."""
+    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, friction that drifts, and
+    forces in the joints where `signals` asks for them."""
     schedule = tick.build(true, law, state, row, period, substeps)
     schedule = joints.with_reactions(schedule, true, joints.asked(signals))
     n = true.joints_count
     if trip is not None:
         schedule = with_trip(schedule, n, *where_in(row))
-    return faults.with_faults(schedule, n, count) if count else schedule
+    schedule = faults.with_faults(schedule, n, count) if count else schedule
+    return drift.with_drift(schedule, true) if drifts else schedule
 
 
-def parameters(true, law, plant, period: float, count: int, trip: Trip | None) -> dict[str, np.ndarray]:
+def parameters(
+    true, law, plant, period: float, count: int, trip: Trip | None, drifts: bool = False
+) -> dict[str, np.ndarray]:
     """The parameters of one run of that schedule."""
     found = {"theta_plant": true.theta, "theta_law": law.theta, "wrench": plant.wrench}
     if trip is not None:
         found["trip"] = np.array(trip)
     if count:
         found["faults"] = faults.numbers(plant.faults, count, period)
+    if drifts:
+        found["friction_drift"] = np.array([plant.friction_drift or 0.0])
     return found
 
 
@@ -68,10 +82,11 @@ def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.nda
     return found | ({"held": row.q} if "held" in found else {})
 
 
-def inputs(reference: Reference, k: int, count: int) -> dict[str, np.ndarray]:
+def inputs(reference: Reference, k: int, schedule: Schedule) -> dict[str, np.ndarray]:
     """The tables of samples k ..., for that schedule."""
     found = {"reference": np.concatenate(reference, axis=1)}
-    return found | ({"clock": np.arange(k, k + len(reference.x), dtype=float)} if count else {})
+    timed = "clock" in schedule.by_name
+    return found | ({"clock": np.arange(k, k + len(reference.x), dtype=float)} if timed else {})
 
 
 def check_faults(plant, machine, key: str = "plant.faults") -> int:
