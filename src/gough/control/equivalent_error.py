@@ -218,7 +218,7 @@ class EquivalentError(Controller):
         J = m.jacobian_of(p.machine, z)
         xdd = m.task_acceleration_of(p.machine, z, v, solve_spd(M, J.T @ u - h))
         Edd = E.gradient @ xdd + E.drift
-        W, G = ca.substitute([Edd], [u], [ca.SX(u.shape[0], 1)])[0], ca.jacobian(Edd, u)
+        W, G = ca.substitute([Edd], [u], [ca.SX.zeros(u.shape)])[0], ca.jacobian(Edd, u)
         columns = [theta, z, v, flatten(r), flatten(turning), change]
         return ca.Function("error_dynamics", columns, [W, G, E.value, E.rate])
 

@@ -10,7 +10,8 @@ from .path_equations import frame_at
 
 _SAMPLES = 500  # of a motion that are looked at
 _OFF = 1e-6  # m, how far the programmed path may be from the zeros of its equations
-_FLAT = 1e-9  # of its largest on the path: a gradient below is none
+_FLAT = 1e-6  # of what it is `_ASIDE` m beside the path: a gradient below is none
+_ASIDE = 1e-3
 _LEVEL = 1e-6  # volume of the three gradients, each of length 1: below they lie in one plane
 
 
@@ -29,8 +30,7 @@ def check_equations(law, motion, period: float) -> None:
     if law.path is None:
         values, across = np.zeros((len(tips), 2)), np.array([frame_at(t)[1:] for t in tangents])
     else:
-        values, across = (np.array(out).T for out in _equations(law).map(len(tips))(law.theta, tips.T))
-        across = across.reshape(-1, 2, 3)
+        values, across = _at(law, tips)
     gradients = np.concatenate([across, along[:, None]], axis=1)
     sizes = np.linalg.norm(gradients, axis=-1)
 
@@ -38,8 +38,12 @@ def check_equations(law, motion, period: float) -> None:
         line = int(motion.book(int(ticks[i]), int(ticks[i]) + 1, period).line[0])
         return f"t = {ticks[i] * period:.6g} s" + (f", NC line {line}" if line else "")
 
+    usual = [sizes[:, row].max() for row in range(3)]
+    if law.path is not None:  # an equation squared has no gradient on the path, and one beside it
+        beside = [np.linalg.norm(_at(law, tips + _ASIDE * axis)[1], axis=-1).max(0) for axis in np.eye(3)]
+        usual[:2] = np.max(beside, axis=0)
     for row in range(3):
-        bad = np.flatnonzero(~(sizes[:, row] > _FLAT * sizes[:, row].max()))
+        bad = np.flatnonzero(~(sizes[:, row] > _FLAT * usual[row]))
         if len(bad):
             rule = f"equation {row + 1} of the path is degenerate here: it has no gradient"
             cure = "give equations whose gradients do not vanish on the path, or leave path out"
@@ -65,6 +69,12 @@ def check_equations(law, motion, period: float) -> None:
             key="path", where=place(i), value=f"volume {volume[i]:.3g} of 1", limit=f"{_LEVEL:g}",
             cure="give two equations whose zeros cross",
         )  # fmt: skip
+
+
+def _at(law, tips):
+    """F (n, 2) and its gradients (n, 2, 3) at tips (n, 3)."""
+    values, across = (np.array(out).T for out in _equations(law).map(len(tips))(law.theta, tips.T))
+    return values, across.reshape(-1, 2, 3)
 
 
 def _equations(law) -> ca.Function:

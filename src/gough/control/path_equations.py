@@ -127,4 +127,4 @@ def second_order(F, p, p_value, pd) -> Second:
     F_p = ca.jacobian(F, p)
     speed = ca.SX.sym("pd", 3)
     found = [F, F_p @ speed, ca.jtimes(F_p @ speed, p, speed), F_p]
-    return Second(*ca.substitute(found, [p, speed], [ca.SX(p_value), ca.SX(pd)]))
+    return Second(*ca.substitute(found, [p, speed], [ca.densify(ca.SX(value)) for value in (p_value, pd)]))
