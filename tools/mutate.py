@@ -39,12 +39,17 @@ _MACHINE = [
     "tests/machine/test_energy.py",
 ]
 
+_LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "tests/simulate/test_run.py"]
+_STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
+_ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
+_PEERS = ["tests/export", "tests/oracle"]
+_PASSIVE = "tests/machine/test_passive.py"
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
 # module -> its tests, the likeliest first, and functions whose signs are of no equation
 MODULES: dict[str, tuple[list[str], set[str]]] = {
     "frames.py": (["tests/test_frames.py", "tests/test_series.py", "tests/conventions", *_DYNAMICS], set()),
-    "machine/hexapod.py": ([*_MACHINE, "tests/machine/test_faults.py"], {"_outline", "drawing", "_sound"}),
+    "machine/hexapod.py": ([*_MACHINE, _PASSIVE, "tests/machine/test_faults.py"], {"_outline", "drawing", "_sound"}),
     "machine/strut.py": (_MACHINE, set()),
     "machine/strut_bodies.py": (_MACHINE, set()),
     "machine/strut_motion.py": (_MACHINE, set()),
@@ -57,10 +62,28 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "mechanics/linear.py": (["tests/mechanics/test_linear.py"], set()),
     "simulate/tick.py": ([_DYNAMICS[-1], "tests/oracle/test_pinocchio.py", *_RUN, *_MACHINE[-1:]], {"build"}),
     "simulate/drive.py": (_RUN, set()),
+    "simulate/faults.py": (_STOP[:1], set()),
+    "simulate/trip.py": (_STOP[:1], {"tripped"}),
+    "simulate/safe_stop.py": (_STOP[1:], set()),
+    "simulate/supervise.py": (_STOP[1:], {"supervision_of", "states", "_with"}),
+    "simulate/stability.py": (["tests/simulate/test_joint_forces.py", *_RUN, "tests/control"], set()),
+    "simulate/plant.py": (_RUN[1:2] + _RUN[:1], set()),
+    "observe/encoders.py": (["tests/observe/test_encoders.py", *_STOP[1:]], set()),
+    "observe/forward.py": (["tests/observe", *_LAWS], set()),
+    "control/pid.py": (_LAWS, set()),
+    "control/computed_torque.py": (_LAWS, set()),
+    "control/base.py": ([*_LAWS, *_RUN], set()),
+    "machine/base.py": ([_PASSIVE, _MACHINE[4], *_MACHINE[:4], *_RUN], {"model_post_init"}),
+    "machine/forward.py": (_DYNAMICS[2:] + _MACHINE[3:5] + _ERRORS, {"_refuse"}),
+    "machine/workspace.py": (_MACHINE[3:5] + _DYNAMICS[2:] + _ERRORS + _RUN, set()),
+    "export/mjcf.py": (_PEERS, set()),
+    "export/mjcf_frames.py": (_PEERS, set()),
 }  # fmt: skip
 
 # functions of arrays whose arguments -1, -2 are axes
 AXES = {
+    "all",
+    "any",
     "reshape",
     "moveaxis",
     "swapaxes",
@@ -79,6 +102,8 @@ EQUIVALENT: dict[str, str] = {
     "machine/strut_motion.py: P_nud = (self.a_B - axial * n - 2 * self.ld * self.nu) / l [self.a_B - axial * n]": (
         "only n x P nu' is used, which knows nothing of a part along n"
     ),
+    "mechanics/linear.py: sign = -1 if (sum(rows) - 3) % 2 else 1  # parity of moving `rows` to the front "
+    "[sum(rows) - 3]": "only whether it is odd is asked, and 6 is even",
 }
 
 
@@ -305,7 +330,8 @@ def write(planted, rows) -> None:
     text = [
         "# Planted sign errors",
         "",
-        "Written by `make mutate`: every sign in the equations changed, one at a time.",
+        "Written by `make mutate`: every sign in the equations changed, one at a time: of machines, mechanics, laws,",
+        "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
     ]
     caught = sum(bool(by) for _, by in rows.values())

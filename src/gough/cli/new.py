@@ -177,6 +177,8 @@ seed      = 0                    # of the encoder's noise
 # signals   = ["x", "x_r", "contour_error", "line"]            # variables of the log; else all
 # ferror     = "1 mm"            # following error that ends the run; with min_ferror at the joints' greatest speed
 # min_ferror = "0.2 mm"          # the same at rest; needs the machine's limits.speed
+# encoder_check = "1 kN"         # flag encoders that read what takes more unknown force on a joint: friction, cutting
+# stop_ramp  = "2 m/s2"          # at a flag or following error the tool brakes along its path before the run ends
 """
 
 TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT}

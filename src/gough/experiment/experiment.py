@@ -185,6 +185,10 @@ class _Builder:
             self._note([Problem("only an NC program uses tools", key="tools", cure="remove the table")])
         controllers = self._controllers()
         run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
+        if machine and run:
+            self._try(parts.check_supervision, machine, run)
+        if known and plant:
+            self._try(parts.check_faults, plant)
         if self.problems:
             here = str(self.document.path)
             raise ExperimentError(problems=sorted(self.problems, key=lambda p: (p.file != here, p.line or 0)))
@@ -208,6 +212,13 @@ class _Builder:
             except InputError as error:
                 self._note(list(error.problems), key)
         return None
+
+    def _try(self, check: Callable, *what: Any) -> None:
+        """Note what a check of parts together finds."""
+        try:
+            check(*what)
+        except InputError as error:
+            self._note(list(error.problems))
 
     def _controllers(self) -> list[Controller]:
         tables = self.data.get("controller")

@@ -18,6 +18,9 @@ from .trip import tripped
 SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 
 
+RESIDUAL = "observer.encoder_residual"
+
+
 def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
     """The variables of the log that were asked for; None for all.
 
@@ -30,7 +33,7 @@ def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += [*joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
+    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -49,25 +52,32 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
     `row` has the kernel's signals, `wrench` (6,) or (runs, 6) what acts on the tool.
     """
     z = tool_rows(row)[part]
+    course = _course(reference, row, part)
     if reference.x.shape[-1] == 3:
         x = z[..., :3]
     else:
         x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
-        x_r = reference.x[part][:, 3:]
-        x_r = x_r if z.ndim == 2 else x_r[:, None]
+        x_r = course["x_r"][..., 3:]
+        x_r = x_r if x_r.ndim == z.ndim else x_r[:, None]
         x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
     found = {
         "t": (np.arange(k, k + len(row["z"]))[part]) * period,
-        "x_r": reference.x[part], "x": x, "xd_r": reference.xd[part], "xd": row.get("xd", row["v"])[part],
-        "q_r": reference.q[part], "s_r": book.s[part],
+        "x": x, "xd": row.get("xd", row["v"])[part], "s_r": book.s[part],
         "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
         "wrench": np.broadcast_to(wrench, (len(z), *np.shape(wrench))),
-    }  # fmt: skip
+    } | course  # fmt: skip
     found |= {name: row[name][part] for name in ("q", "q_m", "u_c", "u", "friction", "saturated")}
     found |= {name: value[part] for name, value in contour._asdict().items()}
     for name, where in fields(state).items():
         owner, values = "controller." + name, row["law"][part][..., where]
         found[name if name.startswith("observer.") else owner] = values[..., 0] if values.shape[-1] == 1 else values
+    if "flagged" in row:
+        found |= {"encoder_flag": row["flagged"][part] > 0, RESIDUAL: row["encoder_residual"][part]}
+    if "stopping" in row:
+        found["stopping"] = row["stopping"][part][..., 0] > 0
+        for name in ("s_r", "line", "block", "counted"):  # runs may stop where others do not
+            if found[name].ndim < z.ndim - 1:
+                found[name] = np.repeat(found[name][:, None], z.shape[1], 1)
     if "memory" in row:
         found["plant.friction_memory"] = row["memory"][part]
     if "friction_scale" in row:
@@ -78,10 +88,20 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
     return {name: np.ascontiguousarray(value) for name, value in found.items()}
 
 
+def _course(reference: Reference, row, part) -> dict[str, np.ndarray]:
+    """What the law followed: the program's reference, or what a safe stop made of it."""
+    if "course" not in row:
+        return {"x_r": reference.x[part], "xd_r": reference.xd[part], "q_r": reference.q[part]}
+    where, course = fields(Reference(*(column[0] for column in reference))), row["course"][part]
+    return {f"{name}_r": course[..., where[name]] for name in ("x", "xd", "q")}
+
+
 def told(law, name: str) -> tuple:
     """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
     if name == "plant.friction_memory":
         return ("joint",), "m", "deflection of the friction's bristles"
+    if name == RESIDUAL:
+        return ("joint",), "m", "second difference of the readings that no known force explains"
     if name == "plant.friction_scale":
         return (), "1", "friction over that of the plant's numbers"
     if name in joints.FORCES:
@@ -104,6 +124,8 @@ def explain(stop, machine, motion, period: float, trip=None) -> RunError:
             cure="the loop is most likely unstable: lower the bandwidth or shorten the period",
         )
     joint = stop.index - len(machine.limit_names)
+    if joint >= 0 and trip is None:
+        return RunError("a safe stop", time=stop.time)  # stopped.py tells why it began
     if joint >= 0:
         qd_r = motion.sample(stop.tick, stop.tick + 1, period).qd[0, joint]
         return tripped(machine, trip, joint, qd_r, stop, place)

@@ -18,9 +18,10 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start
+from . import columns, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
+from .supervise import supervision_of
 from .trip import trip_of
 
 SATURATED = 0.05  # share of samples with a drive at its limit from which a run warns
@@ -63,19 +64,19 @@ class Single:
     def _start(self):
         """The plant at rest at the first reference, the law so that nothing moves."""
         run, plant = self.run_part, self.plant
-        self.trip = trip_of(self.believed, run.ferror, run.min_ferror)
+        self.asked = supervision_of(self.believed, run, trip_of(self.believed, run.ferror, run.min_ferror))
         self.faults = start.check_faults(plant, self.true)
         first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         drifts = bool(plant.friction_drift)
         self.signals = columns.chosen(run.signals, self.state, self.true, drifts)
         schedule = start.schedule_of(
-            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals,
-            drifts,
+            self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
+            self.asked, self.signals, drifts,
         )  # fmt: skip
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
-            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip, drifts),
+            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts),
             start.states(schedule, first, self.row),
             seed=run.seed,
         )
@@ -91,10 +92,13 @@ class Single:
             done = self._advance(k, Reference(*(column[:good] for column in reference))) if good else 0
             stop = self.simulation.stops[0]
             if stop is not None:  # what happened comes before what would have happened
-                error = columns.explain(stop, self.true, self.motion, self.run_part.period, self.trip)
+                error = columns.explain(stop, self.true, self.motion, self.run_part.period, self.asked.ends_at_once)
             k += done
             if progress is not None:
                 progress(min(k, self.ticks - 1) * self.run_part.period, (self.ticks - 1) * self.run_part.period)
+        end = stopped.end_of(self.asked, self.simulation, 0, k, self.true, self.motion, self.run_part.period)
+        stopped.warn(self.notes, self.true, [end])
+        error = stopped.first(end, error, self.simulation.stops[0])
         return self._log(k, time.perf_counter() - started, error), error
 
     def _advance(self, k: int, reference: Reference) -> int:
@@ -107,7 +111,9 @@ class Single:
         reference = Reference(*(column[:n] for column in reference))
         row = {name: out[:, columns] for name, columns in self.kernel.columns.items()}
         book = self.motion.book(k, k + n, run.period)
-        contour = self.meter(k, k + n, run.period, columns.tool_rows(row))
+        if "stopping" in row:
+            book = stopped.held(book, row["stopping"][:, 0], run.stop_ramp, self.motion, k, run.period)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         self.sums.update(
             contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
             counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],

@@ -9,8 +9,9 @@ import numpy as np
 from ..errors import ExperimentError
 from ..kernel import Schedule
 from ..program.reference import Reference
-from . import drift, faults, joints, tick
-from .trip import Trip, where_in, with_trip
+from . import drift, faults, joints, supervise, tick
+from .supervise import Supervision
+from .trip import where_in, with_trip
 
 
 class Start(NamedTuple):
@@ -40,35 +41,29 @@ def at_rest(believed, true, law, plant, row: Reference) -> Start:
 
 
 def schedule_of(
-    true,
-    law,
-    state,
-    row: Reference,
-    period: float,
-    substeps: int,
-    count: int,
-    trip: Trip | None,
-    signals=None,
-    drifts: bool = False,
-) -> Schedule:
-    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, friction that drifts, and
-    forces in the joints where `signals` asks for them."""
+    believed, true, law, state, row: Reference, period: float, substeps: int, count: int, asked: Supervision,
+    signals=None, drifts: bool = False,
+) -> Schedule:  # fmt: skip
+    """The tick of `tick.build`, with `count` faults of encoders, the supervision that is asked for, friction that
+    drifts, and forces in the joints where `signals` asks for them."""
     schedule = tick.build(true, law, state, row, period, substeps)
     schedule = joints.with_reactions(schedule, true, joints.asked(signals))
     n = true.joints_count
-    if trip is not None:
+    if asked.ends_at_once is not None:
         schedule = with_trip(schedule, n, *where_in(row))
+    schedule = supervise.with_supervision(schedule, believed, asked)
     schedule = faults.with_faults(schedule, n, count) if count else schedule
     return drift.with_drift(schedule, true) if drifts else schedule
 
 
 def parameters(
-    true, law, plant, period: float, count: int, trip: Trip | None, drifts: bool = False
+    believed, true, law, plant, period: float, count: int, asked: Supervision, drifts: bool = False
 ) -> dict[str, np.ndarray]:
     """The parameters of one run of that schedule."""
     found = {"theta_plant": true.theta, "theta_law": law.theta, "wrench": plant.wrench}
-    if trip is not None:
-        found["trip"] = np.array(trip)
+    if asked.ends_at_once is not None:
+        found["trip"] = np.array(asked.trip)
+    found |= supervise.parameters(believed, asked)
     if count:
         found["faults"] = faults.numbers(plant.faults, count, period)
     if drifts:
@@ -78,7 +73,7 @@ def parameters(
 
 def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.ndarray]:
     """The states at rest of one run of that schedule."""
-    found = tick.first_states(schedule, start.z, start.law, start.u)
+    found = tick.first_states(schedule, start.z, start.law, start.u) | supervise.states(schedule, row, start.u)
     return found | ({"held": row.q} if "held" in found else {})
 
 

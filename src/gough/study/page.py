@@ -11,12 +11,13 @@ from .. import __version__
 from ..files import write_atomic
 from .claims import BY_DESIGN, MET, NOT_MET, Claim
 from .study import Figure, Study, Told
-from .text import summary
+from .text import HEADS, summary
 
 _CSS = Path(__file__).parents[1] / "report" / "page.css"
 _OWN = """
-td.claim, td.note { white-space: normal; text-align: left; min-width: 14rem; }
-td.note { color: var(--soft); font-size: .85rem; min-width: 18rem; }
+table { font-size: .92rem; } td { vertical-align: top; }
+td.claim, th.claim { white-space: normal; text-align: left; min-width: 22rem; }
+td.claim small { display: block; color: var(--soft); font-size: .85em; }
 td.verdict-met { color: #1a7f37; } td.verdict-not { color: var(--red); font-weight: 650; }
 td.verdict-design { color: #9a6700; font-weight: 600; }
 figure { margin: 1.4rem 0; } figure img { max-width: 100%; height: auto; }
@@ -42,7 +43,7 @@ def write_page(
 def page(study: Study, claims: Sequence[Claim], figures: Sequence[Figure], beyond: Sequence[Told], folder: Path) -> str:
     """The text of the page; the pictures are read from `folder`."""
     title = html.escape(f"{study.paper}: {study.title}")
-    heads = "".join(f"<th>{head}</th>" for head in ("", "claim", "published", "measured", "band", "verdict", "note"))
+    heads = "<th></th>" + "".join(f"<th{' class=claim' if head == 'claim' else ''}>{head}</th>" for head in HEADS)
     rows = "\n".join(_row(number, claim) for number, claim in enumerate(claims, 1))
     more = "\n".join(_beyond(told, folder) for told in beyond)
     pictures = "\n".join(_picture(figure, folder) for figure in figures)
@@ -85,8 +86,8 @@ shows and loads nothing.</p></footer>
 def _row(number: int, claim: Claim) -> str:
     numbers = "".join(f"<td>{html.escape(claim.text(what))}</td>" for what in ("published", "measured", "band"))
     verdict = f'<td class="{_CLASS[claim.verdict]}">{claim.verdict}</td>'
-    note = f'<td class="note">{html.escape(claim.remark)}</td>'
-    return f'<tr><td>{number}</td><td class="claim">{html.escape(claim.claim)}</td>{numbers}{verdict}{note}</tr>'
+    note = f"<small>{html.escape(claim.remark)}</small>" if claim.remark else ""
+    return f'<tr><td>{number}</td><td class="claim">{html.escape(claim.claim)}{note}</td>{numbers}{verdict}</tr>'
 
 
 def _beyond(told: Told, folder: Path) -> str:

@@ -1,7 +1,11 @@
 """The second experiment of the paper: a corner of 90 degrees at 0.2 m/s, taken by the reference without slowing down.
 
-When the corner falls between two samples, the controller hears of it up to a sample later; `wait` is that time as a
-share of a sample, and every run says its own.
+A previewed corner has a ramp in the place of the jump, C the corner and dv the change of the velocity v (T_0, T_1):
+
+    p(tau) = C + v (T_0 + T_1) / 2 tau + dv (tau^2 / (2 T) + T / 8),   |tau| <= T / 2                             (1)
+
+with its derivatives (docs/theory/corner.md).  When the corner falls between two samples, the controller hears of it up
+to a sample later; `wait` is that time as a share of a sample.
 """
 
 from __future__ import annotations
@@ -28,7 +32,7 @@ LAST = 0.99  # `wait` of nearly a whole sample
 class Corner(Polyline):
     """Two lines passed at constant feed; with `ramp`, the reference's velocity turns linearly over that time.
 
-    The ramp is centred on the corner: the reference knows of it half of `ramp` before.  docs/theory/corner.md, (1).
+    The ramp, eq. (1), is centred on the corner: the reference knows of it half of `ramp` before.
     """
 
     ramp: float = quantity("s", "time over which the velocity turns, centred on the corner", default=0.0, at_least=0)
@@ -53,7 +57,7 @@ class Ramped(Motion):
         self.at = self.lead_in + length[0] / feed + feed / (2 * ACCELERATION)
 
     def sample(self, k0: int, k1: int, Ts: float) -> Reference:
-        """Samples k0 ... k1 - 1; docs/theory/corner.md, (1), within the ramp."""
+        """Samples k0 ... k1 - 1; eq. (1) within the ramp, which ends before the sample at T / 2."""
         row = super().sample(k0, k1, Ts)
         T, tau = self.ramp, np.arange(k0, k1) * Ts - self.at
         on = (tau >= -T / 2) & (tau < T / 2)

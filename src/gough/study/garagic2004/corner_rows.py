@@ -105,7 +105,7 @@ def _with(corners: Corners) -> list[Claim]:
         *out,
         Claim(
             "corner: the bound's factor, e a / dv^2", coefficient, "1", (0.0884 * 0.999, 0.0884 * 1.001),
-            note="docs/theory/corner.md, (2), for the angle of this corner",
+            note="corner.md of the theory pages, (2), for the angle of this corner",
         ),
         Claim(
             "corner: contour error of a turn of the velocity within 0.6 ms", bounds.previewed(ramp), "m",

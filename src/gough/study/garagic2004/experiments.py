@@ -52,8 +52,8 @@ def torques(tick: Tick | None) -> tuple[dict, dict, Passed]:
     """CDAC at every torque: without preview, and with the shortest ramp of whole samples that the torque allows.
 
     The ramp goes with a law that is told the truth and learns nothing: it shows what a ramp is worth, and not what
-    becomes of a wrong feed-forward.  (A law that learns takes what the ramp leaves of the velocity, whose measurement is
-    half a sample late, for a wrong mass: M_a's estimate rises by 0.48 within the ramp, and 15 um become 25.)
+    becomes of a wrong feed-forward.  (A law that learns takes what the ramp leaves of the velocity, whose measurement
+    is half a sample late, for a wrong mass: M_a's estimate rises by 0.48 within the ramp, and 15 um become 25.)
     """
     ticks = iter(parts(tick, [DURATION] * (2 * len(TORQUES) + 1)))
     sharp, previewed, true = {}, {}, machine()
