@@ -14,6 +14,7 @@ import numpy as np
 from .. import frames
 from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
+from ..kernel.building import BUILDING
 from ..kernel.rows import compile_rows
 from ..mechanics.linear import solve_spd, solve_square_transposed
 from ..quantities import brief
@@ -124,7 +125,8 @@ def check_determinant(ratio: np.ndarray, least: float) -> None:
 
 @lru_cache(maxsize=256)
 def _compiled(name: str, shape: Shape):
-    return compile_rows(row_function(name, shape.part))
+    with BUILDING:
+        return compile_rows(row_function(name, shape.part))
 
 
 def row_function(name: str, m) -> ca.Function:

@@ -50,11 +50,10 @@ from .drives import Screw, reflected_mass
 from .constrained import ConstrainedMachine, ToolMotion
 from .reactions import Reactions
 from .tripod_limits import check_home, margins_of, told
-from .tripod_parts import Link, Slider, TripodJoints, TripodLimits, TripodRails, stands
+from .tripod_parts import SIDES, Link, Slider, TripodJoints, TripodLimits, TripodRails, stands
 from .tripod_reactions import reactions_of
 
 NEWTON = 8  # from R = 1; quadratic: a tilt of 45 deg is there after 6
-_SIDES = ((0, 1), (1, 2), (2, 0))
 
 
 class Tripod(ConstrainedMachine):
@@ -138,7 +137,7 @@ class Tripod(ConstrainedMachine):
     def sides_of(p, T):
         """phi of eq. (2) by the joints T (3, 3), columns, in W.  (3,) m."""
         t, out = ca.SX(p.joints.platform).T, []
-        for i, j in _SIDES:
+        for i, j in SIDES:
             side, true = T[:, i] - T[:, j], t[:, i] - t[:, j]
             out.append((ca.dot(side, side) - ca.dot(true, true)) / (2 * ca.norm_2(true)))
         return ca.vertcat(*out)
@@ -273,7 +272,7 @@ class Tripod(ConstrainedMachine):
     def possible(self, q):
         """Rows (N,) of places of the sliders q (N, 3) m that some pose may have, and `why(row)` for another."""
         B = self.rails.point + self.rails.direction * q[..., None]
-        i, j = (np.array(side) for side in zip(*_SIDES, strict=True))
+        i, j = (np.array(side) for side in zip(*SIDES, strict=True))
         t, L = self.joints.platform, self.link.length
         reach = 2 * L + np.linalg.norm(t[i] - t[j], axis=-1)
         apart = np.linalg.norm(B[:, i] - B[:, j], axis=-1)

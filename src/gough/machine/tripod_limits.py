@@ -9,26 +9,31 @@ from .. import frames
 from ..errors import InputError, Problem
 from .limits import COINCIDENT
 from .platform import SINGULAR
-from .tripod_parts import stands
+from .tripod_parts import SIDES, stands
 
 PHI_B = "near a singularity: the links do not hold the platform, condition number of phi_b"
 
 
 def margins_of(m, p, z):
     """`Machine.margins` of a tripod `m`."""
-    limits, sliders, links = p.limits, m.joint_names, [f"link {i}" for i in (1, 2, 3)]
-    names = [f"{slider}: beyond the {end} of its rail" for end in ("start", "end") for slider in sliders]
-    names += [f"{link}: angle beyond the {end}" for end in ("least", "greatest") for link in links]
+    limits = p.limits
     values = [z[:3] - limits.travel[0], limits.travel[1] - z[:3], z[3:] - limits.angle[0], limits.angle[1] - z[3:]]
     if limits.cone is not None:
         home = m.coordinates_of(p, p.home)
         in_T = [_links_in_T(m, p, y) for y in (z, home)]
-        names += [f"{link}: platform joint beyond its cone" for link in links]
         values.append(ca.sum1(in_T[0] * in_T[1]).T - ca.cos(limits.cone))
-    names += [PHI_B, SINGULAR]
     values += [inverse_condition(m.closed(p, z).phi_b, p.link.length) - 1 / limits.condition]
     values += [m.determinant_of(p, z) - limits.determinant]
-    return tuple(names), ca.vertcat(*values)
+    return names_of(limits), ca.vertcat(*values)
+
+
+def names_of(limits) -> tuple[str, ...]:
+    """What each margin says when it is negative."""
+    names = [f"slider {i}: beyond the {end} of its rail" for end in ("start", "end") for i in (1, 2, 3)]
+    names += [f"link {i}: angle beyond the {end}" for end in ("least", "greatest") for i in (1, 2, 3)]
+    if limits.cone is not None:
+        names += [f"link {i}: platform joint beyond its cone" for i in (1, 2, 3)]
+    return (*names, PHI_B, SINGULAR)
 
 
 def _links_in_T(m, p, z):
@@ -49,7 +54,7 @@ def inverse_condition(A, length):
 
 def told(m, index: int, margin: float) -> tuple[str, str, str]:
     """Rule, value and limit in words of the margin `index` that is `margin` < 0."""
-    limits, name = m.limits, m.limit_names[index]
+    limits, name = m.limits, names_of(m.limits)[index]
     if name == SINGULAR:
         return name, f"{limits.determinant + margin:.3g} of it", f"{limits.determinant:g}"
     if name == PHI_B:
@@ -96,14 +101,30 @@ def check_home(m) -> None:
     found = m.unreachable(m.home)
     if found is not None:
         raise InputError(problems=[_at_home(problem) for problem in found[1].problems])
-    z = ca.DM(ca.evalf(m.coordinates_of(m, ca.DM(m.home))))
-    names, values = m.margins(m, z)
-    values = np.array(ca.DM(ca.evalf(ca.SX(values)))).ravel()
+    _, values = margins_at_home(m)
     for index in np.flatnonzero(~(values >= 0)):
-        rule, value, limit = _told_at(m, names, int(index), float(values[index]))
+        rule, value, limit = told(m, int(index), float(values[index]))
         wrong.append(Problem(f"at home, {rule}", key="home", value=value, limit=limit, cure="change home or the limits"))
     if wrong:
         raise InputError(problems=wrong)
+
+
+def margins_at_home(m) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names and values of `margins_of` at home, in NumPy: a machine is made without building an expression."""
+    R, _, along = (part[0] for part in stands(m, m.home))
+    limits, d, c, L = m.limits, m.rails.direction, m.rails.across, m.link.length
+    theta = np.arccos(along / L)
+    S = ((m.home + m.joints.platform @ R.T - m.rails.point) * d).sum(1) - L * np.sin(theta)
+    turned = L * (np.cos(theta)[:, None] * d - np.sin(theta)[:, None] * c)
+    T, phi_b = m.joints.platform @ R.T, np.zeros((3, 3))
+    for k, (i, j) in enumerate(SIDES):
+        side = (T[i] - T[j]) / np.linalg.norm(T[i] - T[j])
+        phi_b[k, i], phi_b[k, j] = side @ turned[i], -side @ turned[j]
+    held = 1 / (L * np.linalg.norm(np.linalg.inv(phi_b))) if np.linalg.det(phi_b) else 0.0
+    cones = np.zeros(0) if limits.cone is None else np.full(3, 1 - np.cos(limits.cone))
+    values = [S - limits.travel[0], limits.travel[1] - S, theta - limits.angle[0], limits.angle[1] - theta, cones,
+              [held - 1 / limits.condition], [1 - limits.determinant]]  # fmt: skip
+    return names_of(limits), np.concatenate(values)
 
 
 def _at_home(problem: Problem) -> Problem:
@@ -112,7 +133,3 @@ def _at_home(problem: Problem) -> Problem:
         cure="change home, the rails, the joints or link.length",
     )  # fmt: skip
 
-
-def _told_at(m, names, index, margin):
-    m.__dict__.setdefault("limit_names", names)  # what the property would find, on a machine not yet made
-    return told(m, index, margin)

@@ -9,6 +9,7 @@ from ..declare import Array, Part, quantity
 from ..errors import InputError, SheetError
 from .limits import Limits
 
+SIDES = ((0, 1), (1, 2), (2, 0))  # joints of the platform's triangle, side by side
 _UNIT = 1e-6  # how far from 1 the length of a direction may be, and from 0 the cosine of a right angle
 
 
