@@ -53,7 +53,7 @@ def test_the_distance_form_has_gradient_one_and_is_the_distance_to_first_order()
     assert_allclose(np.linalg.norm(F_p[:, 0], axis=1), 1, rtol=0, atol=1e-14)
     for step in (1e-4, 5e-5):  # outside +
         F, _ = evaluated(conic, on + step * F_p[:, 0])
-        # f / |f_p| of a conic is off by the square of the step times half its sharpest curvature, 56 1/m, and |f_pp| as much
+        # f / |f_p| is off by the square of the step times half the sharpest curvature, 56 1/m, and |f_pp| as much
         assert np.abs(F[:, 0] - step).max() < 60 * step**2
 
 
@@ -120,7 +120,7 @@ def test_the_local_errors_vanish_on_the_touching_circle_and_are_its_distance_to_
         for outward in (0.0, 1e-5):
             p = radius * n + (radius + outward) * np.array([np.sin(a), -np.cos(a), 0])
             found = np.array(f(p + [0, 0, 2e-5])).ravel()
-            # m_2 = -n points outward; (r + o)^2 / 2 r - r / 2 = o + o^2 / 2 r, and as much of the height above the plane
+            # m_2 = -n points outward; (r + o)^2 / 2 r - r / 2 = o + o^2 / 2 r, and as much of the height
             assert found[0] == pytest.approx(2e-5, abs=1e-18)
             assert found[1] == pytest.approx(outward, abs=(outward**2 + 4e-10) / radius)
 

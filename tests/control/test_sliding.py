@@ -125,7 +125,9 @@ def test_what_is_learned_is_the_power_of_the_error(nist):
     state, r, y, z, V = moving(nist, law, 3)
     u, after = stepped(law, state, r, y)
     J = number(nist, nist.jacobian_of(nist, ca.SX(ca.DM(z))))
-    sigma = r.xd + 100.0 * number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel() - V
+    sigma = (
+        r.xd + 100.0 * number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel() - V
+    )
     still = r._replace(qd=np.zeros(6))  # friction's normal force follows the estimates too, but is no part of f
     for j in range(9):
         h = 1e-4 * (np.arange(9) == j)

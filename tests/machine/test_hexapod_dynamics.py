@@ -199,7 +199,10 @@ def test_free_platform_keeps_its_momentum(machine):
     rate = ca.Function(
         "rate", [z, v], [ca.substitute(r, theta, ca.DM(m.theta)) for r in (m.rate(p, z, v), -ca.solve(M, h))]
     )
-    step, state = 1e-3, [np.array(m.coordinates_of(m, ca.DM(m.home))).ravel(), np.array([0.1, -0.2, 0.3, 1.0, 2.0, -1.5])]
+    step, state = (
+        1e-3,
+        [np.array(m.coordinates_of(m, ca.DM(m.home))).ravel(), np.array([0.1, -0.2, 0.3, 1.0, 2.0, -1.5])],
+    )
 
     def slope(s):
         return [np.array(r).ravel() for r in rate(*s)]

@@ -64,10 +64,9 @@ def test_coordinates_close_the_loops_and_the_tool_is_where_it_was_asked(ccu, x):
 
 
 def test_the_parasitic_motion_is_that_of_a_platform_without_torsion(ccu, x):
-    """A symmetric platform held in three planes at 120 deg turns by tau about a horizontal axis, without torsion, and its
+    """The platform turns by tau about a horizontal axis, its normal at the azimuth phi; its centre leaves the axis by
 
-    centre leaves the axis by r / 2 (1 - cos tau), at minus twice the azimuth: the closed form of 3-[PP]S platforms,
-    derived in docs/theory/tripod.md and not used by the machine.
+    r / 2 (1 - cos tau) (sin 2 phi, cos 2 phi): derived in docs/theory/tripod.md, and not used by the machine.
     """
     R = rotation_of_abc_np(ccu.tool_pose(x)[:, 3:])
     axis = R[..., 2]
@@ -78,13 +77,8 @@ def test_the_parasitic_motion_is_that_of_a_platform_without_torsion(ccu, x):
     wanted = np.eye(3) + np.sin(tau)[:, None, None] * K + (1 - np.cos(tau))[:, None, None] * K @ K
     assert_allclose(R, wanted, rtol=0, atol=1e-13)
     center = x + R @ [0, 0, 0.35]  # of the platform's joints
-    aside = 0.09 * (1 - np.cos(tau))
-    # the planes stand at 90 deg, 210 deg and 330 deg: a quarter turn of those of the usual closed form
-    turned = np.pi / 2
-    phi = azimuth - turned
-    local = np.stack([-aside * np.cos(2 * phi), aside * np.sin(2 * phi)], -1)
-    c, s = np.cos(turned), np.sin(turned)
-    assert_allclose(center[:, :2] - [0, 0.1745], local @ np.array([[c, s], [-s, c]]), rtol=0, atol=1e-13)
+    aside = 0.09 * (1 - np.cos(tau))[:, None] * np.stack([np.sin(2 * azimuth), np.cos(2 * azimuth)], -1)
+    assert_allclose(center[:, :2] - [0, 0.1745], aside, rtol=0, atol=1e-13)
 
 
 def test_forward_kinematics_finds_every_place_of_the_workspace_from_home(ccu, x):

@@ -56,7 +56,7 @@ def flat(ccu, length):
 
 
 def test_a_singular_phi_b_is_told_with_its_condition_number(ccu):
-    """Links square to their rails let the platform fall: phi_b is singular at theta = 0, theta' = (1, 1, 1) its zero."""
+    """Links square to their rails let the platform fall: phi_b is singular at theta = 0."""
     loose = flat(ccu, 0.17).replace(**{"limits.condition": 20.0, "limits.condition_warning": 19.0})
     with pytest.raises(SingularityError, match=r"do not hold the platform, condition number of phi_b") as caught:
         check_poses(loose, loose.home + [0.0, 0.02, 0.0])
@@ -74,7 +74,9 @@ def test_a_machine_whose_phi_b_is_singular_at_home_is_none(ccu):
 
 
 def test_places_of_sliders_that_no_pose_has_are_refused(ccu):
-    with pytest.raises(KinematicsError, match=r"sliders 1 and 2 are 2\.\d+ m apart, farther than links and platform reach"):
+    with pytest.raises(
+        KinematicsError, match=r"sliders 1 and 2 are 2\.\d+ m apart, farther than links and platform reach"
+    ):
         ccu.forward_kinematics([-1.0, 1.5, 0.3])
 
 
@@ -115,7 +117,9 @@ def test_near_a_singular_pose_inverse_dynamics_is_refused(ccu):
 def test_a_program_that_turns_the_tool_is_refused_with_its_line(ccu, tmp_path):
     part = tmp_path / "turn.ngc"
     part.write_text("G21 G90 F1000\nG1 X10\nG1 X20 A5\nM2\n")
-    with pytest.raises(ProgramError, match="ccu-3prs cannot turn its tool: tilt and turn follow from the place") as caught:
+    with pytest.raises(
+        ProgramError, match="ccu-3prs cannot turn its tool: tilt and turn follow from the place"
+    ) as caught:
         gk.load_program(part).plan(ccu)
     assert caught.value.problems[0].line == 3
 

@@ -71,9 +71,7 @@ def test_rates_and_accelerations_of_a_slider_crank_are_those_of_its_closed_form(
     """theta and psi of s by the law of cosines, differentiated in CasADi: no closure, no elimination."""
     x, phi, r, L = slider_crank()
     s, sd, sdd = ca.SX.sym("s"), 0.4, -1.7
-    angles = ca.vertcat(
-        ca.acos((s**2 + r**2 - L**2) / (2 * s * r)), ca.acos((s**2 + L**2 - r**2) / (2 * s * L))
-    )
+    angles = ca.vertcat(ca.acos((s**2 + r**2 - L**2) / (2 * s * r)), ca.acos((s**2 + L**2 - r**2) / (2 * s * L)))
     first = ca.jacobian(angles, s)
     exact = ca.Function("exact", [s], [angles, first * sd, ca.jacobian(first, s) * sd**2 + first * sdd])
     b, bd, bdd = (np.array(v).ravel() for v in exact(0.8))

@@ -12,7 +12,7 @@ from oracle.maximal import Maximal
 
 
 def oblique():
-    """ccu-3prs with nothing left at zero: leaning rails of unlike directions, a platform of any shape, gravity askew."""
+    """ccu-3prs with nothing left at zero: leaning rails, a platform of any shape, gravity askew."""
     m = load_machine("ccu-3prs")
     rng = np.random.default_rng(5)
     direction = m.rails.direction + rng.normal(size=(3, 3)) * 0.05
@@ -20,7 +20,9 @@ def oblique():
     across = m.rails.across + rng.normal(size=(3, 3)) * 0.03
     across -= direction * (across * direction).sum(1)[:, None]
     across /= np.linalg.norm(across, axis=1)[:, None]
-    body = m.platform.replace(center=[0.03, -0.02, 0.22], inertia=[[1.2, 0.1, -0.2], [0.1, 1.4, 0.15], [-0.2, 0.15, 1.0]])
+    body = m.platform.replace(
+        center=[0.03, -0.02, 0.22], inertia=[[1.2, 0.1, -0.2], [0.1, 1.4, 0.15], [-0.2, 0.15, 1.0]]
+    )
     return m.replace(
         name="oblique", gravity=[1.5, -2.5, -9.0], platform=body,
         **{

@@ -1,4 +1,4 @@
-"""MuJoCo's mass matrix, bias and Jacobians of a 3-PRS, its loops closed here: accelerations and forces in the joints."""
+"""MuJoCo's mass matrix, bias and Jacobians of a 3-PRS, its loops closed here: accelerations and joint forces."""
 
 from __future__ import annotations
 

@@ -15,11 +15,12 @@ def tripod_mjcf(m) -> str:
     for i in range(3):
         d, c = m.rails.direction[i], m.rails.across[i]
         L, m_l = m.link.length, m.link.mass
+        armature = m.drive.inertia * (2 * np.pi / m.drive.lead) ** 2
         frame = f'xyaxes="{_n(c)} {_n(d)}"'  # its z is c x d, the hinge
         rod = f"{m_l * L**2 / 12:.17g}"
         parts.append(f"""
       <body name="slider {i + 1}" pos="{_n(m.rails.point[i])}" {frame}>
-        <joint name="S{i + 1}" type="slide" axis="0 1 0" armature="{m.drive.inertia * (2 * np.pi / m.drive.lead) ** 2:.17g}"/>
+        <joint name="S{i + 1}" type="slide" axis="0 1 0" armature="{armature:.17g}"/>
         <inertial pos="0 0 0" mass="{m.slider.mass:.17g}" diaginertia="1e-12 1e-12 1e-12"/>
         <body name="link {i + 1}">
           <joint name="theta{i + 1}" type="hinge" axis="0 0 1"/>

@@ -20,7 +20,8 @@ Speeds of the joints are differences of what the encoders say, over two samples 
 
     q' = (q - q_) / Ts,   or   (3 q - 4 q_ + q__) / 2 Ts: right for a constant acceleration, and 1.8 times as noisy (11)
 
-Source: Chen and Tsai, Contouring control of a parallel mechanism based on equivalent errors, 2008, eqs. (17)-(21) and
+docs/theory/equivalent_error.md.  Source: Chen and Tsai, Contouring control of a parallel mechanism based on equivalent
+errors, 2008, eqs. (17)-(21) and
 section V; K = (mu_1 + mu_2) / (1 - k).  Deviations: W has a minus in (9), printed is a plus, with which the error
 dynamics would not be linear; s has c i, printed is c E a second time.  Beyond the paper: (3), (6), and the force at
 rest that the model does not know, taken over at the start (`bumpless`).
@@ -82,8 +83,8 @@ class EquivalentError(Controller):
     adapted: ClassVar = ()
 
     kind: Literal["equivalent_error"] = "equivalent_error"
-    damping: float = quantity("1/s", "b", default=40.0, above=0)
-    stiffness: float = quantity("1/s2", "c", default=400.0, above=0)
+    damping: float = quantity("1/s", "b, damping of every error", default=40.0, above=0)
+    stiffness: float = quantity("1/s2", "c, stiffness of every error", default=400.0, above=0)
     strength: float | Array = quantity(
         "1", "K, in the unit of each error / s2: of both contour errors, the tangential one, and rotations",
         default=260.0, at_least=0, shape=(-1,),
@@ -108,9 +109,10 @@ class EquivalentError(Controller):
         steepest = law.damping + float(np.max(np.asarray(law.strength) / np.asarray(law.boundary)))
         limit = FASTEST[int(law.machine.drive.delay)]
         if steepest * law.period >= limit:
+            product = f"times {law.period * 1e3:g} ms = {steepest * law.period:.3g}"
             raise ExperimentError(
                 "the sample time is too long for the boundary layer", key="boundary",
-                value=f"b + K / delta = {steepest:.4g} 1/s, times {law.period * 1e3:g} ms = {steepest * law.period:.3g}",
+                value=f"b + K / delta = {steepest:.4g} 1/s, {product}",
                 limit=f"{limit:.3g}", cure=f"a period below {limit / steepest * 1e3:.3g} ms, or a wider boundary layer",
             )  # fmt: skip
         return law

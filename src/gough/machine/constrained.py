@@ -225,7 +225,7 @@ class ConstrainedMachine(Machine):
 
     def whole_force(self, p, pi, z, v, vd):
         """F of eq. (3) of mechanics/constrained.py, on all coordinates, and the closure.  (n + m,), Closure."""
-        n, moved = self.joints_count, self.moved(p, pi, z, v)
+        moved = self.moved(p, pi, z, v)
         F = ca.vertcat(self.joint_mass(pi) * vd, ca.SX(len(self.dependent_names), 1))
         for body, J, drift, whole in moved.bodies:
             F += whole.T @ constrained.needed(body, body.twist, J @ vd + drift, p.gravity)

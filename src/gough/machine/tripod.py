@@ -25,8 +25,8 @@ mass m_r of screw and motor), even slender links and the platform with its tool 
 machine/constrained.py, which gives M, h and the multipliers.  docs/theory/tripod.md derives (2)-(6).
 
 Source: Chen and Tsai, Contouring control of a parallel mechanism based on equivalent errors, 2008, section III: their
-x = (S, theta) and eq. (3); geometry and masses are not in the paper.  r tan(rho) of their eq. (3) is lead / 2 pi: theirs
-are torques, here are forces of the sliders, and J' of theirs is m_r lead / 2 pi.
+x = (S, theta) and eq. (3); geometry and masses are not in the paper.  r tan(rho) of their eq. (3) is lead / 2 pi:
+theirs are torques, here are forces of the sliders, and J' of theirs is m_r lead / 2 pi.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ from ..mechanics.linear import solve_square
 from ..mechanics.load_friction import FrictionLaw
 from .arrays import check_determinant
 from .base import Feed
-from .drives import Screw, reflected_mass
 from .constrained import ConstrainedMachine, ToolMotion
+from .drives import Screw, reflected_mass
 from .reactions import Reactions
 from .tripod_limits import check_home, margins_of, told
 from .tripod_parts import SIDES, Link, Slider, TripodJoints, TripodLimits, TripodRails, stands
@@ -291,9 +291,10 @@ class Tripod(ConstrainedMachine):
             if np.abs(miss[row]).max() > 1e-9:
                 return int(row), WorkspaceError(
                     "no tilt of the platform brings its joints into the planes of the links",
-                    value=f"tip at {np.round(np.atleast_2d(x)[row], 6).tolist()} m", limit=f"{np.abs(miss[row]).max():.3g} m missed",
+                    value=f"tip at {np.round(np.atleast_2d(x)[row], 6).tolist()} m",
+                    limit=f"{np.abs(miss[row]).max():.3g} m missed",
                     cure="check the place: position, units",
-                )  # fmt: skip
+                )
             i = int(np.argmax(np.abs(along[row])))
             return int(row), WorkspaceError(
                 f"link {i + 1}: cannot reach: misses by {1e3 * (abs(along[row, i]) - L):.4g} mm",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from .. import frames
 from ..errors import InputError, Problem
 from .limits import COINCIDENT
 from .platform import SINGULAR
@@ -104,7 +103,9 @@ def check_home(m) -> None:
     _, values = margins_at_home(m)
     for index in np.flatnonzero(~(values >= 0)):
         rule, value, limit = told(m, int(index), float(values[index]))
-        wrong.append(Problem(f"at home, {rule}", key="home", value=value, limit=limit, cure="change home or the limits"))
+        wrong.append(
+            Problem(f"at home, {rule}", key="home", value=value, limit=limit, cure="change home or the limits")
+        )
     if wrong:
         raise InputError(problems=wrong)
 
@@ -132,4 +133,3 @@ def _at_home(problem: Problem) -> Problem:
         f"at home, {problem.rule}", key="home", value=problem.value, limit=problem.limit,
         cure="change home, the rails, the joints or link.length",
     )  # fmt: skip
-

@@ -45,7 +45,9 @@ class TripodRails(Part):
         if dot.max() > _UNIT:
             i = int(dot.argmax())
             value = f"{np.degrees(np.arccos(min(dot[i], 1))):.6g} deg for slider {i + 1}"
-            raise InputError("must be square to direction", key="across", value=value, cure="take off its part along it")
+            raise InputError(
+                "must be square to direction", key="across", value=value, cure="take off its part along it"
+            )
         return self
 
 

@@ -22,7 +22,7 @@ from .reactions import Reactions
 
 
 def reactions_of(m, p, z, v, vd, w) -> Reactions:
-    """Eqs. (7), (8) of tripod `m` at z, v, v' under a wrench w on the tool, symbolic: (3, 3) N each, multipliers (3,)."""
+    """Eqs. (7), (8) of tripod `m` at z, v, v' under a wrench w on the tool: (3, 3) N each, multipliers (3,)."""
     pi = {key: value for key, (value, _) in m.inertial(p).items()}
     parts = m.moved(p, pi, z, v).bodies
     needs = [constrained.needed(body, body.twist, J @ vd + drift, p.gravity) for body, J, drift, _ in parts]

@@ -79,8 +79,16 @@ def check_upright(path, machine) -> None:
     every = np.arange(len(path))
     turning = (np.abs(path.angle_rate(every, np.zeros(len(path)))) > 0).any(1) | path.turning_at_rest
     rules = (
-        (turning, f"{machine.name} cannot turn its tool: tilt and turn follow from the place", "leave A, B and C alone"),
-        (path.tool.any(1), f"a tool offset needs the axis of the tool, which {machine.name} tilts by itself", "leave G43 out"),
+        (
+            turning,
+            f"{machine.name} cannot turn its tool: tilt and turn follow from the place",
+            "leave A, B and C alone",
+        ),
+        (
+            path.tool.any(1),
+            f"a tool offset needs the axis of the tool, which {machine.name} tilts by itself",
+            "leave G43 out",
+        ),
     )
     for bad, rule, cure in rules:
         if bad.any():

@@ -33,7 +33,10 @@ FORCES = {  # name: (field of Reactions, what is said of it)
     "plant.bushing_mouth": ("mouth", Told(VECTOR, "N", "force of the sleeve's mouth on each tube, x y z in W")),
     "plant.bushing_end": ("end", Told(VECTOR, "N", "force of the sleeve on the end of each tube, x y z in W")),
     "plant.normal_force": ("normal", Told(("joint",), "N", "normal force between tube and sleeve, of both bushings")),
-    "plant.multiplier": ("multiplier", Told(("closure",), "N", "multipliers of the closure: forces along what closes it")),
+    "plant.multiplier": (
+        "multiplier",
+        Told(("closure",), "N", "multipliers of the closure: forces along what closes it"),
+    ),
 }
 
 

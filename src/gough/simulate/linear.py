@@ -5,8 +5,8 @@ Held at a pose by the forces u_0, with d = [dp; rotation vector] the displacemen
     d' = v,   v' = M^-1 (d/dd (J' u_0 - h) d + J' (u - u_0)),   x - x_0 = T d                                      (1)
 
 T = diag(1, E^-1) turns a rotation vector into a b c (frames.py, (4)).  A machine with velocities of its own has their
-displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them.  Friction is left out: at rest it has no slope,
-or none that says anything of a motion.
+displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them.  Friction is left out:
+at rest it has no slope, or none that says anything of a motion.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
         ("figure_3", _errors(found.circle, "Circle"), "Figure 3: contour error of the circle, as printed."),
         (
             "figure_4", _errors(found.ellipse("without screws"), "Ellipse, screws certain"),
-            "Figure 4: contour error of the ellipse with the printed equation and gains; masses and inertias uncertain.",
+            "Figure 4: contour error of the ellipse, printed equation and gains; masses and inertias uncertain.",
         ),
         (
             "figure_4_area", _errors(found.ellipse("area"), "Ellipse, equation in m2"),

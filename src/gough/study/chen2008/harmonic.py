@@ -23,7 +23,6 @@ from ...program.limits import Limits
 from ...program.path import Path
 from ...program.reference import Motion
 
-
 SPARE = 0.1  # rad
 
 

@@ -96,4 +96,6 @@ def run(semi, plant: Plant | Tripod, control: Any, tick: Tick | None = None, bel
 def course(contour, x, u) -> Course:
     """The Course of one run's columns."""
     lead = machine().drive.lead
-    return Course(np.arange(len(x)) * PERIOD, np.asarray(contour), np.asarray(x), float(np.abs(u).max() * lead / 2 / np.pi))
+    return Course(
+        np.arange(len(x)) * PERIOD, np.asarray(contour), np.asarray(x), float(np.abs(u).max() * lead / 2 / np.pi)
+    )
