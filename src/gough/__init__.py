@@ -31,15 +31,18 @@ _PUBLIC = {
     "Polyline": "program",
     "Spline": "program",
     "PID": "control.pid",
+    "AxisPD": "control.axis_pd",
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
     "EquivalentError": "control.equivalent_error",
+    "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
+    "identify": "identify.fit",
     "report": "report",
     "export": "export",
     "load_experiment": "experiment",
@@ -47,7 +50,7 @@ _PUBLIC = {
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "identify", "report", "export")  # packages that are also called: gk.simulate(...)
 
 __all__ = [*_PUBLIC]
 

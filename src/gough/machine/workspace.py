@@ -51,7 +51,7 @@ def workspace_of(machine, p, z):
         return ca.SX(0, 1)
     position, quat = machine.tool_pose_of(p, z)
     R_home, R = machine.home_rotation(p), frames.rotation_of_quaternion(quat)
-    home_c = home[5] if home.numel() == 6 else frames.abc_of_rotation(R_home)[2]
+    home_c = home[5] if home.shape[0] == 6 else frames.abc_of_rotation(R_home)[2]
     turn = frames.abc_of_rotation(R)[2] - home_c
     turn = ca.fabs(turn - 2 * np.pi * ca.floor((turn + np.pi) / (2 * np.pi)))
     # the angle by atan2 of sine and cosine: arccos alone loses half the digits near zero
