@@ -175,7 +175,7 @@ def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     if law.kind == "axis_pd":  # springs about the forces at the start; 5 %: its swing at the start
         x, xd = log["x_r"][steady], log["xd_r"][steady]
         u = machine.inverse_dynamics(x, xd, np.gradient(xd, t[steady], axis=0))
-        u0 = machine.inverse_dynamics(log["x_r"][0], np.zeros(6), np.zeros(6))
+        u0 = machine.inverse_dynamics(log["x_r"][0], *np.zeros((2, len(machine.task))))
         away = np.linalg.solve(machine.jacobian(x), (u - u0)[..., None])[:, :3, 0] / law.stiffness
         worst = 1.05 * np.linalg.norm(away, axis=-1).max() + machine.drive.encoder
     if getattr(law, "friction_speed", None) == "measured":

@@ -48,10 +48,9 @@ from .arrays import check_determinant
 from .base import Feed
 from .constrained import ConstrainedMachine, ToolMotion
 from .drives import Screw, reflected_mass
-from .reactions import Reactions
 from .tripod_limits import check_home, margins_of, told
 from .tripod_parts import SIDES, Link, Slider, TripodJoints, TripodLimits, TripodRails, stands
-from .tripod_reactions import reactions_of
+from .tripod_reactions import ClosedReactions, reactions_of
 
 NEWTON = 8  # from R = 1; quadratic: a tilt of 45 deg is there after 6
 
@@ -76,14 +75,14 @@ class Tripod(ConstrainedMachine):
     friction: FrictionLaw | None = None
     limits: TripodLimits
     feed: Feed = Feed()
-    home: Array = quantity("m, m, m", "place of the tool tip at rest, x y z of T in W", shape=(3,))
+    home: Array = quantity("m", "place of the tool tip at rest, x y z of T in W", shape=(3,))
     source: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
     def _home_table(cls, data):
         """A sheet writes the place at rest as a table, [home] tip = [...]."""
-        if isinstance(data, dict) and isinstance(data.get("home"), dict):
+        if isinstance(data, dict) and isinstance(data.get("home"), dict) and set(data["home"]) != {"unit", "value"}:
             if set(data["home"]) != {"tip"}:
                 raise InputError("[home] has one key, tip", key="home", value=", ".join(map(str, data["home"])))
             data = {**data, "home": data["home"]["tip"]}
@@ -230,7 +229,7 @@ class Tripod(ConstrainedMachine):
         """`tripod_reactions.reactions_of`; the drives' forces `net` follow from v' and are not asked."""
         return reactions_of(self, p, z, v, vd, ca.SX(6, 1) if w is None else w)
 
-    def reactions(self, x, xd, xdd, wrench=None) -> Reactions:
+    def reactions(self, x, xd, xdd, wrench=None) -> ClosedReactions:
         """Forces in the joints on a motion.
 
         x, xd, xdd (..., 3) each, `wrench` (..., 6) on the tool at its tip, in W.  `platform_joint` of the platform on
@@ -244,7 +243,7 @@ class Tripod(ConstrainedMachine):
         flat, ratio = self.arrays.run("reactions", *self._columns(x, xd, xdd), self._wrench(wrench))
         check_determinant(ratio, self.limits.determinant)
         vectors = [flat[..., k : k + 9].reshape(*flat.shape[:-1], 3, 3) for k in (0, 9)]
-        return Reactions(*vectors, multiplier=flat[..., 18:])
+        return ClosedReactions(*vectors, multiplier=flat[..., 18:])
 
     # -- limits ---------------------------------------------------------------------------------------------------
 

@@ -15,13 +15,22 @@ with a moment across the hinge that this does not tell.  docs/theory/tripod.md, 
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import casadi as ca
 
 from ..mechanics import constrained
-from .reactions import Reactions
 
 
-def reactions_of(m, p, z, v, vd, w) -> Reactions:
+class ClosedReactions(NamedTuple):
+    """Forces in the joints, N, vectors in W."""
+
+    platform_joint: Any  # (..., 3, 3) on each link, from the platform
+    base_joint: Any  # (..., 3, 3) on each link, from its slider
+    multiplier: Any  # (..., 3) of the closure: what presses the joints of each side of the platform apart
+
+
+def reactions_of(m, p, z, v, vd, w) -> ClosedReactions:
     """Eqs. (7), (8) of tripod `m` at z, v, v' under a wrench w on the tool: (3, 3) N each, multipliers (3,)."""
     pi = {key: value for key, (value, _) in m.inertial(p).items()}
     parts = m.moved(p, pi, z, v).bodies
@@ -34,4 +43,4 @@ def reactions_of(m, p, z, v, vd, w) -> Reactions:
     F = ca.reshape(V_T.T @ (needs[0] - w) + phi_T.T @ l, 3, 3)
     heavy = p.link.mass is not None
     f = [needs[2 + 2 * i][:3] if heavy else ca.SX(3, 1) for i in range(3)]
-    return Reactions(platform_joint=-F, base_joint=ca.horzcat(*f) + F, multiplier=l)
+    return ClosedReactions(platform_joint=-F, base_joint=ca.horzcat(*f) + F, multiplier=l)
