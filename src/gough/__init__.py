@@ -35,6 +35,7 @@ _PUBLIC = {
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
+    "EquivalentError": "control.equivalent_error",
     "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",

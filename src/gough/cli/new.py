@@ -134,6 +134,7 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 # friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
+# offset  = { unit = "um", value = [0, 0, 10] }              # of the tool from its first place at the start, in W
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
 # faults  = [{ kind = "glitch", joint = 3, start = "2 s", duration = "2 ms", size = "10 um" }]  # of encoders; also
 #                                                      "stuck" and "dropout", which have no size

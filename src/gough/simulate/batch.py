@@ -17,6 +17,7 @@ import numpy as np
 from .. import kernel as kernels
 from ..errors import ExperimentError, RunError
 from ..kernel import noise
+from ..kernel.building import BUILDING
 from ..log import Log
 from ..log.batch import changes
 from ..log.build import LogBuilder
@@ -48,48 +49,51 @@ class Batch:
     """The runs of one batch: what is fixed before them, and what they collect."""
 
     def __init__(self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool):
-        self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
-        self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
-        self.count, self.seeds = len(plants), seeds
-        self.laws = self._bound(laws)
-        self.law = self.laws[0]
-        same_structure("controller", self.laws)
-        if not self.law.symbolic and any(law != self.law for law in self.laws):
-            raise ExperimentError(
-                "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
-                key="controller",
-                value=type(self.law).__name__,
-                cure="run them one after the other, or write the step in CasADi's operations",
-            )
-        self.motion = program.plan(machine)
-        self.ticks = self.motion.count(run.period)
-        self._check_rows()
-        self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
-        self.shared = columns.SHARED if self.asked.ramp is None else ("t",)
-        self.ends: list[stopped.End] = [stopped.End((), None)] * self.count
-        self.notes = Notes()
-        self.reach = Reach(machine, self.motion, run.period, self.notes)
-        self.meter = ContourMeter(self.motion)
-        self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
-        self.samples = np.zeros(self.count, int)
-        self.errors: list[RunError | None] = [None] * self.count
-        self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
-        self.faults = max(len(plant.faults) for plant in plants)
-        self.drifts = any(plant.friction_drift for plant in plants)
-        first = self.motion.sample(0, 1, run.period)
-        self.row = Reference(*(column[0] for column in first))
-        _, unreachable = self.reach.of(0, first.x)
-        if unreachable is not None:
-            raise unreachable
-        ready = self._ready()
-        self.substeps_of = [one.substeps for one in ready]
-        self.substeps = max(self.substeps_of)
-        radii = [
-            stability.check_loop(machine, law, run.period, self.substeps, strict, self.notes)
-            for law in {id(law): law for law in self.laws}.values()
-        ]
-        self.radius = None if None in radii else max(radii)
-        self._start(ready)
+        with BUILDING:
+            self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
+            self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
+            self.count, self.seeds = len(plants), seeds
+            self.laws = self._bound(laws)
+            self.law = self.laws[0]
+            same_structure("controller", self.laws)
+            if not self.law.symbolic and any(law != self.law for law in self.laws):
+                raise ExperimentError(
+                    "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
+                    key="controller",
+                    value=type(self.law).__name__,
+                    cure="run them one after the other, or write the step in CasADi's operations",
+                )
+            self.motion = program.plan(machine)
+            for law in {id(law): law for law in self.laws}.values():
+                law.check_motion(self.motion, run.period)
+            self.ticks = self.motion.count(run.period)
+            self._check_rows()
+            self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
+            self.shared = columns.SHARED if self.asked.ramp is None else ("t",)
+            self.ends: list[stopped.End] = [stopped.End((), None)] * self.count
+            self.notes = Notes()
+            self.reach = Reach(machine, self.motion, run.period, self.notes)
+            self.meter = ContourMeter(self.motion)
+            self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
+            self.samples = np.zeros(self.count, int)
+            self.errors: list[RunError | None] = [None] * self.count
+            self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
+            self.faults = max(len(plant.faults) for plant in plants)
+            self.drifts = any(plant.friction_drift for plant in plants)
+            first = self.motion.sample(0, 1, run.period)
+            self.row = Reference(*(column[0] for column in first))
+            _, unreachable = self.reach.of(0, first.x)
+            if unreachable is not None:
+                raise unreachable
+            ready = self._ready()
+            self.substeps_of = [one.substeps for one in ready]
+            self.substeps = max(self.substeps_of)
+            radii = [
+                stability.check_loop(machine, law, run.period, self.substeps, strict, self.notes)
+                for law in {id(law): law for law in self.laws}.values()
+            ]
+            self.radius = None if None in radii else max(radii)
+            self._start(ready)
 
     def _bound(self, laws):
         known = {id(law): law.on(self.believed, self.run_part.period) for law in laws}
@@ -124,7 +128,7 @@ class Batch:
                     self.believed, true, law, plant, run.period, self.faults, self.asked, self.drifts
                 )
                 try:
-                    at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
+                    at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
                     known[key] = _Ready(substeps, parameters, None, error)
                 else:
@@ -223,7 +227,7 @@ class Batch:
         row = {name: out[..., where] for name, where in kernel.columns.items()}
         if "stopping" in row:
             book = stopped.held(book, row["stopping"][..., 0], run.stop_ramp, self.motion, k, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"], book)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         counted = np.broadcast_to(book.counted.reshape(n, -1), (n, len(live)))
         line = np.broadcast_to(book.line.reshape(n, -1), (n, len(live)))
         for j, lane in enumerate(live):

@@ -21,7 +21,7 @@ from .study import Study
 PAPERS: dict[str, str | None] = {
     "garagic2004": "garagic2004",
     "honegger1998": "honegger1998",
-    "chen2008": None,
+    "chen2008": "chen2008",
     "bouzgarrou2001": None,
     "okuda2006": None,
 }
