@@ -71,7 +71,11 @@ def test_linuxcnc_makes_as_many_moves_of_it(name, tmp_path):
 @pytest.mark.parametrize("machine", sorted(library()))
 def test_it_stays_in_the_workspace_of_the_machines_it_names_and_of_no_other(name, machine):
     believed = load_machine(machine)
-    motion = RECIPES[name].program.plan(believed)
+    try:
+        motion = RECIPES[name].program.plan(believed)
+    except ProgramError:  # it turns the tool, and the machine cannot
+        assert machine not in RECIPES[name].machines
+        return
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ReachWarning)
         check_motion(believed, motion, 10e-3)

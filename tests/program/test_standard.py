@@ -104,8 +104,8 @@ def test_the_square_the_diamond_and_the_circle_touch():
         ({}, 'kind: is missing; write file = "part.ngc" or kind = "circle"'),
         ({"kind": "circel"}, "kind: no such program, got 'circel'; did you mean circle?"),
         ({"kind": 3},
-         "kind: no such program, got 3; there is circle, ellipse, line, polyline, spline, fourier, circle_diamond_square, "
-         "circular_test, square_corners, zigzag, cone_frustum, s_piece"),
+         "kind: no such program, got 3; there is circle, ellipse, line, polyline, spline, fourier, "
+         "circle_diamond_square, circular_test, square_corners, zigzag, cone_frustum, s_piece"),
         ({"file": 3}, "file: must be the name of a file, got 3"),
         ({"file": "none.ngc"}, "file: cannot be read: No such file or directory, got none.ngc"),
         ({"file": "a.ngc", "kind": "circle"}, "kind: a program has a file or a kind, not both"),

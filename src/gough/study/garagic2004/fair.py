@@ -17,6 +17,7 @@ import numpy as np
 from ...measure.reversal import STUDIES, reversals
 from ...simulate.bandwidth import bandwidth_of, with_bandwidth
 from ...simulate.run import simulate
+from ..claims import told as shown
 from ..study import Experiment, Tick, parts
 from . import circle, corner
 from .setup import CASES, LAWS, WRONG, Case, believed, law, machine
@@ -108,8 +109,8 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
         [
             row.law, row.case, "no limit" if row.torque_limit is None else f"{row.torque_limit:g} N m",
             "the truth" if row.told == 1 else f"{row.told:g} x", f"{row.bandwidth:.1f} Hz",
-            *(f"{1e6 * value:.3g} um" for value in (row.circle, row.circle_rms, row.glitch)),
-            f"{np.degrees(row.orientation) * 60:.3f}'", f"{1e6 * row.corner:.3g} um", f"{row.torque:.0f} N m",
+            *(shown(value, "m", "um") for value in (row.circle, row.circle_rms, row.glitch)),
+            f"{np.degrees(row.orientation) * 60:.3f}'", shown(row.corner, "m", "um"), f"{row.torque:.0f} N m",
         ]
         for row in rows
     ]  # fmt: skip
