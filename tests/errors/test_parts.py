@@ -9,8 +9,8 @@ from gough.errors import SheetError
 from gough.machine.hexapod import Hexapod
 from gough.machine.hexapod_parts import StrutPart
 from gough.machine.limits import Workspace
-from gough.machine.strut_limits import StrutLimits
 from gough.machine.sheet import load_machine
+from gough.machine.strut_limits import StrutLimits
 
 
 @pytest.fixture(scope="module")

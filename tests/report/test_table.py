@@ -42,7 +42,7 @@ def rated(kind, rms, top, **others):
 
 def test_every_number_of_the_table_is_that_of_the_metrics(logs):
     rows = report_table(logs)
-    assert [row.label for row in rows] == [line.label for line in LINES]
+    assert [row.label for row in rows] == [line.label.format(joint="strut") for line in LINES]
     for row, line in zip(rows, LINES, strict=True):
         for log, text in zip(logs, row.values, strict=True):
             digits, _, unit = text.partition(" ")

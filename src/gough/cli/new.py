@@ -101,6 +101,7 @@ cone      = "45 deg"             # greatest angle of a joint from its direction 
 # condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
+#     or a box: size = ["0.3 m", "0.3 m"] instead of radius
 
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"

@@ -21,7 +21,8 @@ from typing import Any, ClassVar, NamedTuple
 import casadi as ca
 
 from ..declare import Part, quantity
-from ..machine.base import Machine, force_limit
+from ..machine.base import Machine
+from ..machine.drives import force_limit
 
 
 class Measurement(NamedTuple):

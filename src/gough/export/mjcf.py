@@ -27,7 +27,7 @@ import numpy as np
 
 from .. import frames
 from ..errors import ExperimentError, SheetError, did_you_mean
-from ..machine.base import force_limit, reflected_mass
+from ..machine.drives import force_limit, reflected_mass
 from ..machine.hexapod import Hexapod
 from . import mjcf_shapes
 from .mjcf_frames import Frame, positions, strut_frame

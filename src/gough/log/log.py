@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ import xarray as xr
 from ..errors import LogError, did_you_mean
 from . import batch, export, file, text
 from .build import DIMENSIONS, LogBuilder
+
+_JOINT = re.compile(r"[A-Za-z][A-Za-z0-9 ._-]{0,39}")  # a name that no page and no template reads as more
 
 
 class Log:
@@ -111,6 +114,21 @@ class Log:
         Of a batch, each is an array (runs,), NaN where nothing was measured.
         """
         return batch.metrics(self.dataset) if self.batch else self.info.get("metrics") or {}
+
+    @property
+    def joint_names(self) -> list[str]:
+        """What the machine calls its joints, "carriage 1"; struts in a log that does not say."""
+        told, count = self.info.get("joint_names"), self.dataset.sizes.get("joint", 6)
+        if isinstance(told, list) and len(told) == count:
+            if all(isinstance(name, str) and _JOINT.fullmatch(name) for name in told):
+                return told
+        return [f"strut {i + 1}" for i in range(count)]
+
+    @property
+    def joint_word(self) -> str:
+        """What the machine calls one of its joints, "carriage"; "joint" where they have no common word."""
+        words = {name.rstrip("0123456789 ") for name in self.joint_names}
+        return words.pop() if len(words) == 1 else "joint"
 
     @property
     def batch(self) -> bool:
@@ -225,11 +243,11 @@ class Plot:
         return self._draw("circle", number, ax=ax)
 
     def forces(self, ax: Any = None) -> Any:
-        """Strut forces over time."""
+        """Forces of the joints over time."""
         return self._draw("forces", ax=ax)
 
     def velocities(self, ax: Any = None) -> Any:
-        """Strut velocities over time."""
+        """Velocities of the joints over time."""
         return self._draw("velocities", ax=ax)
 
     def tracking(self, ax: Any = None) -> Any:

@@ -46,7 +46,6 @@ class Arrays:
             self._check_finite(name, out, lead, rows[0])
         return [piece.reshape(lead + piece.shape[-1:]) for piece in out]
 
-
     def _check_finite(self, name: str, out: list[np.ndarray], lead: tuple[int, ...], x: np.ndarray) -> None:
         """Refuse an answer that is not a number: a leg that cannot reach, two joints in one place, numbers beyond any
         machine.  x (N, d) or (d,): the poses asked for."""

@@ -15,7 +15,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 import numpy as np
-from pydantic import model_validator
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
@@ -35,58 +34,6 @@ class Feed(Part):
     )
     angular_rate: float = quantity("rad/s", "greatest rate of the tool axis", default=0.5, above=0)
     angular_acceleration: float = quantity("rad/s2", "greatest angular acceleration", default=5.0, above=0)
-
-
-class Drive(Part):
-    """Drive and encoder of each joint: a motor on a screw (`lead`), or a linear motor."""
-
-    input_error = SheetError
-
-    lead: float | None = quantity("m", "travel a turn of the screw", default=None, above=0, at_most=1)
-    inertia: float | None = quantity("kg m2", "motor and screw, about the screw", default=None, at_least=0)
-    torque_limit: float | None = quantity("N m", "greatest motor torque", default=None, above=0)
-    force_limit: float | None = quantity("N", "greatest force of a linear motor", default=None, above=0)
-    encoder: float | None = quantity(
-        "m", "resolution of the encoder, at the joint", default=None, above=0, at_most=1e-3
-    )
-    noise: float | None = quantity(
-        "m", "standard deviation of the encoder's noise", default=None, above=0, at_most=1e-2
-    )
-    delay: float = quantity("1", "samples between a command and its force, 0 or 1", default=0.0, theta=False)
-
-    def model_post_init(self, _context: Any) -> None:
-        if self.delay not in (0, 1):
-            raise SheetError("must be 0 or 1 samples", key="delay", value=f"{self.delay:g}")
-
-    @model_validator(mode="after")
-    def _screw_or_linear_motor(self):
-        if self.lead is None and not (self.inertia is None and self.torque_limit is None):
-            self.needs_screw()
-        if self.lead is not None and self.force_limit is not None:
-            raise SheetError(
-                "is that of a linear motor, and lead tells of a screw", key="force_limit",
-                cure="give torque_limit, or leave lead out",
-            )  # fmt: skip
-        return self
-
-    def needs_screw(self) -> None:
-        """Refuse a drive without a screw."""
-        if self.lead is None:
-            raise SheetError("is missing", key="lead", cure=f"give {self.specs()['lead'].meaning} in m")
-
-    def unlimited(self) -> Drive:
-        """The drive as a perfect one: no limit of its force, no steps and no noise of its encoder."""
-        return self.replace(encoder=None, noise=None, torque_limit=None, force_limit=None)
-
-
-def reflected_mass(drive) -> Any:
-    """Mass that the turning parts add to a joint, J (2 pi / lead)^2.  kg."""
-    return 0.0 if drive.inertia is None else drive.inertia * (2 * np.pi / drive.lead) ** 2
-
-
-def force_limit(drive) -> Any:
-    """Greatest joint force, N: force_limit, or torque_limit 2 pi / lead; None without a limit."""
-    return drive.force_limit if drive.torque_limit is None else drive.torque_limit * 2 * np.pi / drive.lead
 
 
 class Parameters(NamedTuple):

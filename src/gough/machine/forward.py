@@ -3,10 +3,10 @@
     r = q - q(z),   J d = r,   z <- p + d_v, exp(d_w) R                                                             (1)
 
 The step d is a twist increment; adding its rotation to roll, pitch and yaw instead is what makes the usual hexapod
-kinematics diverge beyond 55 degrees.  A machine of other legs than struts may give a system with the same answer that
-has steps where q(z) has none (`Machine.newton_system`).  Far from the answer the step is shortened to 0.3 rad and
-`Machine.stride_of`, a quarter of a leg or so, so that a start from home does not jump over a singularity into another assembly mode; if it still ends in one, det J
-has changed its sign, or the pose lies outside limits or workspace, and the answer is refused.
+kinematics diverge beyond 55 degrees.  A machine may give another system with the same answer, which has a step where
+q(z) has none (`Machine.newton_system`).  Far from the answer the step is shortened to 0.3 rad and `Machine.stride_of`,
+a quarter of a leg or so, so that a start from home does not jump over a singularity into another assembly mode; if it
+still ends in one, det J has changed its sign, or the pose lies outside limits or workspace, and the answer is refused.
 """
 
 from __future__ import annotations

@@ -15,17 +15,16 @@ Coordinates z = [p_WT (3), quaternion of R_WT (4)], velocities V = V_WT = [v; w]
 The side of each carriage is a number of its data sheet: which of the two places on its rail a leg reaches from.  A leg
 whose joint is farther than l from the rail has none (d > l), and q, J, q'' are no numbers then.
 
-A carriage (mass m_S, reflected mass m_r of turning parts, if any) needs along its rail, and an even, slender leg (mass
-m_l) needs at its ends,
+A carriage (mass m_S) needs along its rail, and an even, slender leg (mass m_l) needs at its ends,
 
-    f = m_S (q'' - e . g) + m_r q''                                                                              (5)
+    f = m_S (q'' - e . g)                                                                                        (5)
     F_S = m_l (a_S / 3 + a_B / 6 - g / 2),   F_B = m_l (a_S / 6 + a_B / 3 - g / 2),   a_S = q'' e                (6)
 
 and with the platform as one rigid body (`mechanics.bodies.rigid_wrench`, its moments about T)
 
     M V' + h = platform + sum of J_i' (f + e . F_S) + [F_B; b x F_B] = J' (u - friction) + w                     (7)
 
-linear in m_S, m_r, m_l and the platform's m, m c, I.  Without leg mass it is the model of Honegger, Nonlinear adaptive
+linear in m_S, m_l and the platform's m, m c, I.  Without leg mass it is the model of Honegger, Nonlinear adaptive
 control of a 6 DOF parallel manipulator, 1998, eqs. (3), (5)-(17); (6) is what that paper neglects.
 Derivation: docs/theory/hexaglide.md.  Forward kinematics is Newton's on |s - q e| = l (`newton_system`).
 """
@@ -43,7 +42,8 @@ from ..declare import Array, quantity
 from ..errors import InputError, WorkspaceError
 from ..mechanics import bodies
 from ..mechanics.load_friction import FrictionLaw
-from .base import Drive, Feed, reflected_mass
+from .base import Feed
+from .drives import LinearMotor
 from .hexaglide_parts import Carriage, Legs, PlatformJoints, RailLimits, Rails, check_home, legs_np
 from .hexapod_parts import Tool
 from .limits import check_points, check_weight
@@ -67,7 +67,7 @@ class Hexaglide(PlatformMachine):
     rails: Rails
     legs: Legs
     carriage: Carriage
-    drive: Drive
+    drive: LinearMotor
     friction: FrictionLaw | None = None
     limits: RailLimits
     feed: Feed = Feed()
@@ -163,23 +163,21 @@ class Hexaglide(PlatformMachine):
     def inertial(self, p):
         """The parameters the dynamics are linear in: {name: (SX, unit)}.
 
-        Platform m, m c and I about the origin of T; carriage; leg; the reflected mass of the drives, if they turn.
+        Platform m, m c and I about the origin of T; carriage; leg, where it has mass.
         """
         out = self.platform_inertial(p) | {"carriage.m": (p.carriage.mass, "kg")}
         if p.legs.mass is not None:
             out["leg.m"] = (p.legs.mass, "kg")
-        if p.drive.inertia is not None:
-            out["drive.m"] = (reflected_mass(p.drive), "kg")
         return out
 
     def inverse_force(self, p, pi, z, v, vd):
         """M v' + h, on the twist, eqs. (5)-(7).  pi as `inertial` names it.  (6,) [N; N m]."""
         m, mc_W, I_W = self._platform_in_W(pi, frames.rotation_of_quaternion(z[3:]))
         total = bodies.rigid_wrench(m, mc_W, I_W, v[3:], vd[:3] - p.gravity, vd[3:])
-        reach, m_S, m_r, m_l = self.reach(p, z), pi["carriage.m"], pi.get("drive.m", 0), pi.get("leg.m")
+        reach, m_S, m_l = self.reach(p, z), pi["carriage.m"], pi.get("leg.m")
         along = []
         for e, b, qdd, a_B in self._motions(p, *reach, v, vd):
-            f = (m_S + m_r) * qdd * ca.dot(e, e) - m_S * ca.dot(e, p.gravity)
+            f = m_S * (qdd * ca.dot(e, e) - ca.dot(e, p.gravity))
             if m_l is not None:
                 a_S = qdd * e
                 F_B = m_l * (a_S / 6 + a_B / 3 - p.gravity / 2)
@@ -195,7 +193,7 @@ class Hexaglide(PlatformMachine):
         M = ca.vertcat(ca.horzcat(m * ca.SX.eye(3), -S), ca.horzcat(S, I_W))
         b, e, _, _, _ = reach
         J, m_l = self._rows(*reach), pi.get("leg.m")
-        m_q = (pi["carriage.m"] + pi.get("drive.m", 0) + (0 if m_l is None else m_l / 3)) * ca.sum1(e * e)
+        m_q = (pi["carriage.m"] + (0 if m_l is None else m_l / 3)) * ca.sum1(e * e)
         M += J.T @ (ca.repmat(m_q.T, 1, 6) * J)
         if m_l is not None:
             for i in range(6):

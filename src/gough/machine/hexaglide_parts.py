@@ -39,12 +39,12 @@ class Rails(Part):
     def _sound(self):
         if not np.isin(self.side, (-1, 1)).all():
             raise InputError("is 1 or -1 for each carriage", key="side", value=str(self.side.tolist()))
-        off = np.abs(np.linalg.norm(self.direction, axis=1) - 1)
-        if off.max() > _UNIT:
-            i = int(off.argmax())
+        length = np.linalg.norm(self.direction, axis=1)
+        i = int(np.abs(length - 1).argmax())
+        if abs(length[i] - 1) > _UNIT:
             raise InputError(
                 "a direction must have length 1", key="direction", cure="divide it by its length",
-                value=f"{1 + off[i]:.9g} for carriage {i + 1}" if off[i] < 1 else str(self.direction[i].tolist()),
+                value=f"{length[i]:.9g} for carriage {i + 1}",
             )  # fmt: skip
         for i, j in self.pairs:
             across = np.cross(self.direction[i], self.direction[j])
@@ -154,8 +154,9 @@ def check_home(machine, B: np.ndarray) -> None:
             apart = abs((rails.point[j] + rails.direction[j] * q[j] - rails.point[i]) @ rails.direction[i] - q[i])
             if apart < max(limits.gap, COINCIDENT):
                 wrong.append(Problem(
-                    f"carriages {i + 1} and {j + 1} are in each other at home", key="home", value=f"{apart:.6g} m apart",
-                    limit=f"{limits.gap:g} m", cure="change home, rails.side or limits.gap",
+                    f"carriages {i + 1} and {j + 1} are in each other at home", key="home",
+                    value=f"{apart:.6g} m apart", limit=f"{limits.gap:g} m",
+                    cure="change home, rails.side or limits.gap",
                 ))  # fmt: skip
         wrong += singular_home(n, B, limits.condition, share) if lean.min() > 0 else []
     if wrong:

@@ -36,18 +36,19 @@ Derivation: docs/theory/hexapod.md.  Sources: Merlet, Parallel Robots, 2nd ed. 2
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import casadi as ca
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from .. import frames
 from ..declare import Array, quantity
 from ..mechanics import bodies
 from ..mechanics.load_friction import FrictionLaw
 from . import strut_bodies
-from .base import Drive, Feed, reflected_mass
+from .base import Feed
+from .drives import Screw, reflected_mass
 from .hexapod_parts import Joints, Strut, Tool
 from .joint_forces import JointForces
 from .platform import columns, outline
@@ -80,18 +81,12 @@ class Hexapod(JointForces):
     joints: Joints
     tool: Tool | None = None
     strut: Strut | None = None
-    drive: Drive
+    drive: Screw
     friction: FrictionLaw | None = None
     limits: StrutLimits
     feed: Feed = Feed()
     home: Array = quantity("m, m, m, rad, rad, rad", "pose at rest, x y z a b c of T in W", shape=(6,))
     source: dict[str, str] = Field(default_factory=dict)
-
-    @field_validator("drive")
-    @classmethod
-    def _screw(cls, drive: Drive) -> Drive:
-        drive.needs_screw()
-        return drive
 
     @model_validator(mode="after")
     def _sound(self):

@@ -18,7 +18,11 @@ class Workspace(Part):
         "m", "cylinder: greatest distance of the tip from home, across the third axis of W", default=None, above=0
     )
     size: Array | None = quantity(
-        "m", "box: extent along first and second axis of W, half on each side of home", default=None, shape=(2,), above=0
+        "m",
+        "box: extent along first and second axis of W, half on each side of home",
+        default=None,
+        shape=(2,),
+        above=0,
     )
     height: float = quantity("m", "height of the space, half above and half below home", above=0)
     tilt: float = quantity("rad", "greatest angle between the tool axis and its direction at home", at_least=0)
@@ -69,9 +73,7 @@ def check_points(name: str, points: np.ndarray) -> None:
     span = np.ptp(points, axis=0).max()
     if not _SPAN[0] <= span <= _SPAN[1]:
         cure = 'did you mean mm? write { unit = "mm", value = ... }' if span > _SPAN[1] else "did you mean m?"
-        raise InputError(
-            f"{name} joints span a strange distance", key=f"joints.{name}", value=f"{span:g} m", cure=cure
-        )
+        raise InputError(f"{name} joints span a strange distance", key=f"joints.{name}", value=f"{span:g} m", cure=cure)
     singular = np.linalg.svd(points - points.mean(0), compute_uv=False)
     if singular[1] < 1e-9 * singular[0]:
         raise InputError(f"{name} joints lie on one line", key=f"joints.{name}", value=f"span {span:g} m")

@@ -9,6 +9,7 @@ from .. import frames
 from ..errors import SingularityError, WorkspaceError
 from ..frames import abc_of_rotation_np, quaternion_of_abc_np, rotation_of_quaternion_np, rotation_of_vector_np
 
+
 def space_names(machine) -> tuple[str, ...]:
     """What each column of `workspace_margins` says when it is negative."""
     space = machine.limits.workspace
@@ -36,7 +37,7 @@ def margins(machine, z) -> np.ndarray:
 def workspace_margins(machine, z) -> np.ndarray:
     """The declared workspace at coordinates z (N, 7), in m and rad; inside where >= 0.
 
-    (N, k), columns as `space_names`: radius (a box: length and width), height, tilt, turn; (N, 0) where none is declared.
+    (N, k), columns as `space_names`: radius (of a box length and width), height, tilt, turn; (N, 0) without one.
     """
     if machine.limits.workspace is None:
         return np.zeros((len(z), 0))
@@ -65,9 +66,7 @@ def outside_workspace(machine, index: int, margin: float, place: str | None) -> 
     space = machine.limits.workspace
     across = [space.radius] if space.size is None else list(space.size / 2)
     bound = (*across, space.height / 2, space.tilt, space.c)[index]
-    shown = [
-        f"{v:.6g} m" if index <= len(across) else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)
-    ]
+    shown = [f"{v:.6g} m" if index <= len(across) else f"{np.degrees(v):.4g} deg" for v in (bound - margin, bound)]
     cure = "move the work (origin), or declare a larger limits.workspace"
     return WorkspaceError(space_names(machine)[index], where=place, value=shown[0], limit=shown[1], cure=cure)
 
@@ -91,7 +90,7 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
     outside = ~(found >= 0)
     beyond_limits = np.flatnonzero(outside.any(-1))
     sample = np.arange(0, len(x), thin)
-    if machine.unreachable(x) is not None:  # J stops at the first pose without joint coordinates
+    if len(beyond_limits) and machine.unreachable(x) is not None:  # J stops at the first pose without joint coordinates
         sample = sample[sample < beyond_limits[0]]
     number = condition(machine, machine.jacobian(x[sample]))
     singular = np.flatnonzero(~(number <= machine.limits.condition))

@@ -3,7 +3,7 @@
     contour_error, orientation_error   max, rms, mean, at (time of the max), line (its NC line)    m, rad   feed moves
     lag, tracking                      max, rms of the absolute value; tracking: the worst joint   m        feed moves
     reversals                          count, largest (glitch)                                     m        feed moves
-    strut_force, strut_velocity        peak of the absolute value                                  N, m/s   all samples
+    strut_force, strut_velocity        peak of the absolute value of any joint                     N, m/s   all samples
     saturated                          share of samples with a drive at its limit                           all samples
     samples, counted                   how many, and how many of feed moves
 
@@ -136,10 +136,13 @@ def _largest(values):
 
 
 class Measured:
-    """The metrics of a run; prints itself.  `metrics` is the dict, its entries are attributes too."""
+    """The metrics of a run; prints itself.  `metrics` is the dict, its entries are attributes too.
 
-    def __init__(self, metrics: dict[str, Any]):
-        self.metrics = metrics
+    `joint` is what the machine calls one of its joints.
+    """
+
+    def __init__(self, metrics: dict[str, Any], joint: str = "strut"):
+        self.metrics, self.joint = metrics, joint
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -159,8 +162,8 @@ class Measured:
             if m.get(name):
                 rows.append((label, *(_show(m[name].get(what), unit) for what in ("max", "rms", "mean"))))
         for label, value in (
-            ("strut force, peak", _show(_get(m, "strut_force", "peak"), "N")),
-            ("strut velocity, peak", _show(_get(m, "strut_velocity", "peak"), "m/s")),
+            (f"{self.joint} force, peak", _show(_get(m, "strut_force", "peak"), "N")),
+            (f"{self.joint} velocity, peak", _show(_get(m, "strut_velocity", "peak"), "m/s")),
             ("largest reversal glitch", _show(_get(m, "reversals", "largest"), "m")),
         ):
             if value:
@@ -238,7 +241,7 @@ def measure(log) -> Measured:
     if log.batch:
         return _measure_runs(log)
     if log.metrics:
-        return Measured(log.metrics)
+        return Measured(log.metrics, log.joint_word)
     t, q, q_r = log["t"], log["q"], log["q_r"]
     period = float(t[1] - t[0]) if len(t) > 1 else 1.0
     line = log["line"]
@@ -258,7 +261,7 @@ def measure(log) -> Measured:
         u=_row(log, "u"),
         saturated=_row(log, "saturated"),
     )
-    return Measured(gathered.result())
+    return Measured(gathered.result(), log.joint_word)
 
 
 def _measure_runs(log) -> MeasuredRuns:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import ProgramError
+from ..errors import ProgramError, WorkspaceError
 from .path import Path
 from .profiles.phases import Cells
 from .tool_motion import tool_motion
@@ -146,7 +146,12 @@ class JointLimits:
 
     def _joints(self, block, u, ud, udd):
         motion = tool_motion(self.path, block, u, ud, udd)
-        return self.machine.joint_motion(motion.x, motion.xd, motion.xdd)
+        try:
+            return self.machine.joint_motion(motion.x, motion.xd, motion.xdd)
+        except WorkspaceError:
+            row, error = self.machine.unreachable(motion.x)
+            line = int(self.path.line[np.broadcast_to(block, len(motion.x))[row]])
+            raise error.at(where=f"NC line {line}" if line else "on the path") from None
 
     def excess(self, feed) -> tuple[np.ndarray, np.ndarray]:
         """By which factors a joint exceeds its speed and its acceleration in each cell.  (n,), (n,)."""

@@ -36,7 +36,10 @@ from .style import COLOURS, ERROR_SCALE, INK
 GRID = "#e6eaee"
 _FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif", "size": 12.5}
 _SCALE = [list(stop) for stop in ERROR_SCALE]
-_PARTS = {"base": ("#4a545e", 6), "platform": ("#0072B2", 6), "strut": ("#8d98a3", 5), "tool": ("#D55E00", 16)}
+_PARTS = {
+    "base": ("#4a545e", 6), "platform": ("#0072B2", 6), "strut": ("#8d98a3", 5), "tool": ("#D55E00", 16),
+    "rail": ("#4a545e", 3), "carriage": ("#4a545e", 12), "leg": ("#8d98a3", 5),
+}  # fmt: skip
 
 
 def contour(logs: list[Log], names: list[str]) -> dict[str, Any]:
@@ -68,7 +71,7 @@ def contour(logs: list[Log], names: list[str]) -> dict[str, Any]:
                 "y": packed([level] * len(found)),
                 "marker": {"symbol": "line-ns", "size": 6, "line": {"width": 1.2, "color": COLOURS[i % 6]}},
                 "customdata": packed(np.c_[joints, glitch].reshape(-1, 2)),
-                "hovertemplate": "reversal of strut %{customdata[0]:.0f}, "
+                "hovertemplate": f"reversal of {log.joint_word} %{{customdata[0]:.0f}}, "
                 f"glitch %{{customdata[1]:.3g}} {scale.unit}",
             }
         )
@@ -157,16 +160,16 @@ def circle(found: list[tuple[int, str, Circle]]) -> tuple[dict[str, Any], str]:
 
 
 def forces(log: Log, span: tuple[float, float] | None = None) -> dict[str, Any]:
-    """Forces of the struts as applied; `span` (N), smallest and largest, is shared by all logs of a page."""
+    """Forces of the joints as applied; `span` (N), smallest and largest, is shared by all logs of a page."""
     u = log["u"]
     scale = scale_for(u if span is None else span, "N")
     data = []
-    for i in range(u.shape[1]):
+    for i, name in enumerate(log.joint_names):
         y = scale.times * u[:, i]
         rows = thin(y, LIMIT // 2)
         data.append(
-            _line(log.t[rows], y[rows], f"strut {i + 1}", COLOURS[i % 6], 1.0)
-            | {"hovertemplate": f"strut {i + 1}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
+            _line(log.t[rows], y[rows], name, COLOURS[i % 6], 1.0)
+            | {"hovertemplate": f"{name}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
         )
     layout = _layout("time [s]", f"force [{scale.unit}]", 380) | {"shapes": _bands(log)}
     layout["legend"] |= {"itemwidth": 30, "entrywidth": 42}

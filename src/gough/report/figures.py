@@ -176,17 +176,17 @@ def circle(logs: Log | Iterable[Log], number: int | None = None, ax: Any = None)
 
 
 def forces(log: Log, ax: Any = None, span: tuple[float, float] | None = None) -> Any:
-    """Forces of the struts, as applied, over time; `span` (N) is what the axis shows, to compare several logs."""
-    return _joints(log, ax, "u", lambda log: log["u"], "N", "Strut forces", "force", span)
+    """Forces of the joints, as applied, over time; `span` (N) is what the axis shows, to compare several logs."""
+    return _joints(log, ax, "u", lambda log: log["u"], "N", f"{log.joint_word.capitalize()} forces", "force", span)
 
 
 def velocities(log: Log, ax: Any = None) -> Any:
-    """Velocities of the struts over time, by differences of their true lengths."""
-    return _joints(log, ax, "q", rate, "m/s", "Strut velocities", "velocity")
+    """Velocities of the joints over time, by differences of their true coordinates."""
+    return _joints(log, ax, "q", rate, "m/s", f"{log.joint_word.capitalize()} velocities", "velocity")
 
 
 def tracking(log: Log, ax: Any = None) -> Any:
-    """Tracking errors of the struts over time: reference minus true."""
+    """Tracking errors of the joints over time: reference minus true."""
     _need(log, "q_r", "q")
     return _joints(log, ax, "q", lambda log: log["q_r"] - log["q"], "m", "Tracking error", "q_r - q")
 

@@ -21,7 +21,7 @@ TERMS = {
     "Contour error": "distance of the tool tip to the programmed path, over feed moves only (G1 to G3); the closest "
     "point is sought near the reference: within 5 mm + 0.1 s of feed along the path.",
     "Lag": "how far that closest point is from the reference, along the path.",
-    "Velocity reversal": "the reference velocity of a strut changes its sign during a feed move, where friction shows.",
+    "Velocity reversal": "the reference velocity of a joint changes its sign during a feed move, where friction shows.",
     "Glitch": "of a reversal: the largest contour error in the 0.2 s after it, less the median of the 0.2 s before.",
 }
 
@@ -109,8 +109,8 @@ def _contour(logs: list[Log], names: list[str], charts: dict[str, dict]) -> Sect
     if not shown:
         return None
     charts["contour"] = draw.contour([log for log, _ in shown], [name for _, name in shown])
-    note = "Ticks below zero: a strut reverses its velocity, where friction shows. Grey: not counted (rapid, dwell, "
-    note += "after the end). Drag to zoom, double-click to return."
+    note = f"Ticks below zero: a {logs[0].joint_word} reverses its velocity, where friction shows. "
+    note += "Grey: not counted (rapid, dwell, after the end). Drag to zoom, double-click to return."
     return Section("contour", "Contour error over time", _note(note) + _box("contour", 400))
 
 
@@ -120,9 +120,11 @@ def _forces(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Sect
         if len(log) and "u" in log:
             charts[f"forces-{i}"] = draw.forces(log, span)
             boxes.append(_figure(f"forces-{i}", f"<b>{escape(head)}</b>", 380))
-    note = "As the drives apply them; positive pushes a joint the way its coordinate grows: it lengthens a strut."
+    word = logs[0].joint_word if logs else "joint"
+    note = "As the drives apply them; positive pushes a joint the way its coordinate grows"
+    note += ": it lengthens a strut." if word == "strut" else "."
     note += " The scale is the same in each picture." if len(boxes) > 1 else ""
-    return Section("forces", "Strut forces", _note(note) + _grid(boxes)) if boxes else None
+    return Section("forces", f"{word.capitalize()} forces", _note(note) + _grid(boxes)) if boxes else None
 
 
 def _machine(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Section | None:

@@ -37,8 +37,8 @@ LINES = (
     _Line("lag, max", ("lag", "max"), "m", True),
     _Line("velocity reversals", ("reversals", "count"), "count"),
     _Line("largest reversal glitch", ("reversals", "largest"), "m", True),
-    _Line("strut force, peak", ("strut_force", "peak"), "N"),
-    _Line("strut velocity, peak", ("strut_velocity", "peak"), "m/s"),
+    _Line("{joint} force, peak", ("strut_force", "peak"), "N"),
+    _Line("{joint} velocity, peak", ("strut_velocity", "peak"), "m/s"),
     _Line("drives saturated", ("saturated",), "%"),
     _Line("simulated time", ("info", "simulated_time"), "time"),
     _Line("wall time", ("info", "wall_time"), "time"),
@@ -61,7 +61,13 @@ def report_table(logs: Log | Iterable[Log]) -> list[Row]:
         values = [number(log, line.path) for log in logs]
         scale = _scale(line.unit, values)
         best = _best(logs, values) if line.better else ()
-        rows.append(Row(line.label, tuple(_shown(value, line.unit, scale) for value in values), best))
+        rows.append(
+            Row(
+                line.label.format(joint=logs[0].joint_word),
+                tuple(_shown(value, line.unit, scale) for value in values),
+                best,
+            )
+        )
     return rows
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ..machine.base import force_limit
+from ..machine.drives import force_limit
 from ..mechanics.linear import clip
 
 

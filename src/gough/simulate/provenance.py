@@ -23,6 +23,7 @@ def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
         "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
         "machine": job.believed.to_file(),
         "machine_name": job.believed.name,
+        "joint_names": list(job.believed.joint_names),
         "controller": law,
         "controller_kind": job.law.kind,
         "program": program.to_file() | {name: getattr(program, name, None) for name in ("name", "text")},

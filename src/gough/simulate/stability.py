@@ -152,7 +152,7 @@ def spectral_radius(machine, law, period: float, substeps: int) -> float:
 
 def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
     """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
-    quiet = machine.frictionless().replace(drive=machine.drive.unlimited())
+    quiet = machine.frictionless().replace(drive=machine.drive.perfect())
     rest = tick.rest_row(quiet, quiet.home)
     u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
     state = law.init(rest, u0)
