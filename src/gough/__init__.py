@@ -34,6 +34,7 @@ _PUBLIC = {
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
+    "DisturbanceObserver": "observe.disturbance",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "Log": "log",

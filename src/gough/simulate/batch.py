@@ -46,11 +46,14 @@ class _Ready(NamedTuple):
 class Batch:
     """The runs of one batch: what is fixed before them, and what they collect."""
 
-    def __init__(self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool):
+    def __init__(
+        self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool, observer=None
+    ):
         self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
         self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
         self.count, self.seeds = len(plants), seeds
         self.laws = self._bound(laws)
+        self.observer = None if observer is None else observer.on(machine, run.period)
         self.law = self.laws[0]
         same_structure("controller", self.laws)
         if not self.law.symbolic and any(law != self.law for law in self.laws):
@@ -116,7 +119,7 @@ class Batch:
                 if id(plant) not in steps:
                     steps[id(plant)] = stability.choose_substeps(true, run.period, run.substeps)
                 substeps = steps[id(plant)]
-                parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip)
+                parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip, self.observer)
                 try:
                     at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
@@ -132,7 +135,7 @@ class Batch:
         run, true = self.run_part, self.true
         started = [one.start for one in ready if one.start is not None]
         self.state = started[0].law if started else self.law.init(self.row, np.zeros(len(self.row.q)))
-        self.signals = columns.chosen(run.signals, self.state, true)
+        self.signals = columns.chosen(run.signals, self.state, true, self.observer)
         groups = defaultdict(list)
         for i, one in enumerate(ready):
             if one.start is not None:
@@ -140,8 +143,9 @@ class Batch:
         self.slabs, self.kernel = [], None
         for substeps, members in groups.items():
             schedule = start.schedule_of(
-                true, self.law, self.state, self.row, run.period, substeps, self.faults, self.trip, self.signals
-            )
+                true, self.law, self.state, self.row, run.period, substeps, self.faults, self.trip, self.signals,
+                self.observer,
+            )  # fmt: skip
             self.kernel = kernels.compile(schedule, lanes=self.lanes)
             for at in range(0, len(members), SLAB):
                 self.slabs.append(self._slab(schedule, members[at : at + SLAB], ready))
@@ -149,7 +153,7 @@ class Batch:
     def _slab(self, schedule, members, ready):
         run = self.run_part
         parameters = [ready[i].parameters for i in members]
-        states = [start.states(schedule, ready[i].start, self.row) for i in members]
+        states = [start.states(schedule, ready[i].start, self.row, self.observer) for i in members]
         keys = [noise.run_key(run.seed, i) if self.seeds is None else noise.run_key(self.seeds[i], 0) for i in members]
         simulation = self.kernel.start(_stacked(parameters), _stacked(states), runs=len(members), keys=keys)
         return self.kernel, simulation, np.array(members)
@@ -213,7 +217,7 @@ class Batch:
             wrench = np.array([self.plants[i].wrench for i in members[live]])
             part = slice(-k % run.log_every, None, run.log_every)
             found = columns.columns(
-                run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals
+                run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals, self.observer
             )
             self.kept.take(k, found, members[live], ends[live])
 
@@ -227,7 +231,7 @@ class Batch:
             kept.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count, runs=self.count
         )
         for name, values in kept.items():
-            dim, units, meaning = columns.told(self.law, name)
+            dim, units, meaning = columns.told(self.law, name, self.observer)
             builder.add(name, values, dim, units, meaning, shared=name in columns.SHARED)
         metrics = [sums.result() for sums in self.sums]
         failed = np.array([error is not None for error in self.errors])

@@ -11,14 +11,14 @@ from ..log.build import VARIABLES
 from ..machine.workspace import beyond
 from ..program.reference import Reference
 from ..quantities import brief
-from . import joints
+from . import joints, observed
 from .trip import tripped
 
 # what the reference alone decides is the same for all runs of a batch
 SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 
 
-def chosen(signals, state, machine) -> set[str] | None:
+def chosen(signals, state, machine, observer=None) -> set[str] | None:
     """The variables of the log that were asked for; None for all.
 
     Raises
@@ -30,7 +30,7 @@ def chosen(signals, state, machine) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += joints.available(machine)
+    known += [*joints.available(machine), *observed.logged(observer)]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -38,7 +38,9 @@ def chosen(signals, state, machine) -> set[str] | None:
     return set(signals)
 
 
-def columns(period, k, part, reference: Reference, row, book, contour, wrench, state, signals) -> dict[str, np.ndarray]:
+def columns(
+    period, k, part, reference: Reference, row, book, contour, wrench, state, signals, observer=None
+) -> dict[str, np.ndarray]:
     """The variables of samples k ..., thinned by the slice `part`; those of SHARED without the axis of the runs.
 
     `row` has the kernel's signals, `wrench` (6,) or (runs, 6) what acts on the tool.
@@ -62,18 +64,22 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
         found[name if name.startswith("observer.") else owner] = values[..., 0] if values.shape[-1] == 1 else values
     if "memory" in row:
         found["plant.friction_memory"] = row["memory"][part]
-    found |= joints.columns(row, part, joints.asked(signals))
+    found |= joints.columns(row, part, joints.asked(signals)) | observed.columns(observer, row, part)
     if signals is not None:
         found = {name: value for name, value in found.items() if name == "t" or name in signals}
     return {name: np.ascontiguousarray(value) for name, value in found.items()}
 
 
-def told(law, name: str) -> tuple:
+def told(law, name: str, observer=None) -> tuple:
     """Dimension, unit and meaning of a state, as its law tells; variables of the contract have theirs."""
     if name == "plant.friction_memory":
         return ("joint",), "m", "deflection of the friction's bristles"
     if name in joints.FORCES:
         return joints.FORCES[name][1]
+    found = observed.logged(observer)
+    if name in found:
+        dimension, unit, meaning = found[name]
+        return ((dimension,) if dimension else ()), unit, meaning
     said = law.states.get(name.removeprefix("controller."))
     return (None, "", "") if said is None else ((said[0],), said[1], said[2])
 

@@ -31,10 +31,11 @@ CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and
 class Single:
     """One run: what is fixed before it, and what it collects."""
 
-    def __init__(self, machine, controller, program, plant, run, strict: bool):
+    def __init__(self, machine, controller, program, plant, run, strict: bool, observer=None):
         self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
         self.true = plant.true_machine
         self.law = controller.on(machine, run.period)
+        self.observer = None if observer is None else observer.on(machine, run.period)
         self.motion = program.plan(machine)
         self.ticks = self.motion.count(run.period)
         rows = -(-self.ticks // run.log_every)
@@ -66,14 +67,15 @@ class Single:
         self.faults = start.check_faults(plant, self.true)
         first = start.at_rest(self.believed, self.true, self.law, plant.wrench, self.row)
         self.state = first.law
-        self.signals = columns.chosen(run.signals, self.state, self.true)
+        self.signals = columns.chosen(run.signals, self.state, self.true, self.observer)
         schedule = start.schedule_of(
-            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals
-        )
+            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals,
+            self.observer,
+        )  # fmt: skip
         self.kernel = kernels.compile(schedule)
         self.simulation = self.kernel.start(
-            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip),
-            start.states(schedule, first, self.row),
+            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip, self.observer),
+            start.states(schedule, first, self.row, self.observer),
             seed=run.seed,
         )
 
@@ -113,8 +115,18 @@ class Single:
         part = slice(-k % run.log_every, None, run.log_every)
         self.kept.append(
             columns.columns(
-                run.period, k, part, reference, row, book, contour, self.plant.wrench, self.state, self.signals
-            )
+                run.period,
+                k,
+                part,
+                reference,
+                row,
+                book,
+                contour,
+                self.plant.wrench,
+                self.state,
+                self.signals,
+                self.observer,
+            )  # fmt: skip
         )
         return n
 
@@ -125,7 +137,7 @@ class Single:
         joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in names}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
-            dim, units, meaning = columns.told(self.law, name)
+            dim, units, meaning = columns.told(self.law, name, self.observer)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
         metrics = self.sums.result()

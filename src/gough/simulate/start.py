@@ -10,7 +10,7 @@ from ..errors import ExperimentError
 from ..frames import quaternion_of_abc_np
 from ..kernel import Schedule
 from ..program.reference import Reference
-from . import faults, joints, tick
+from . import faults, joints, observed, tick
 from .trip import Trip, where_in, with_trip
 
 
@@ -38,31 +38,34 @@ def at_rest(believed, true, law, wrench, row: Reference) -> Start:
 
 
 def schedule_of(
-    true, law, state, row: Reference, period: float, substeps: int, count: int, trip: Trip | None, signals=None
-) -> Schedule:
-    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, and forces in the joints
-    where `signals` asks for them."""
+    true, law, state, row: Reference, period: float, substeps: int, count: int, trip: Trip | None, signals=None,
+    observer=None,
+) -> Schedule:  # fmt: skip
+    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, forces in the joints where
+    `signals` asks for them, and an observer."""
     schedule = tick.build(true, law, state, row, period, substeps)
     schedule = joints.with_reactions(schedule, true, joints.asked(signals))
+    schedule = observed.with_observer(schedule, observer)
     n = true.joints_count
     if trip is not None:
         schedule = with_trip(schedule, n, *where_in(row))
     return faults.with_faults(schedule, n, count) if count else schedule
 
 
-def parameters(true, law, plant, period: float, count: int, trip: Trip | None) -> dict[str, np.ndarray]:
+def parameters(true, law, plant, period: float, count: int, trip: Trip | None, observer=None) -> dict[str, np.ndarray]:
     """The parameters of one run of that schedule."""
     found = {"theta_plant": true.theta, "theta_law": law.theta, "wrench": plant.wrench}
     if trip is not None:
         found["trip"] = np.array(trip)
+    found |= observed.parameters(observer)
     if count:
         found["faults"] = faults.numbers(plant.faults, count, period)
     return found
 
 
-def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.ndarray]:
+def states(schedule: Schedule, start: Start, row: Reference, observer=None) -> dict[str, np.ndarray]:
     """The states at rest of one run of that schedule."""
-    found = tick.first_states(schedule, start.z, start.law, start.u)
+    found = tick.first_states(schedule, start.z, start.law, start.u) | observed.states(observer, row.x)
     return found | ({"held": row.q} if "held" in found else {})
 
 
