@@ -40,13 +40,14 @@ _PUBLIC = {
     "Log": "log",
     "measure": "measure",
     "report": "report",
+    "monitor": "monitor",
     "export": "export",
     "load_experiment": "experiment",
     "GoughError": "errors",
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "report", "monitor", "export")  # packages that are also called: gk.simulate(...)
 
 __all__ = [*_PUBLIC]
 

@@ -3,6 +3,7 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
+    gough monitor LOG    the force on the tool out of a recorded log
     gough export M       a machine for another program
     gough machines, show, new
 
@@ -124,6 +125,43 @@ def report(
         report_logs(logs, out, force, quiet or json, outcome)
 
     return finish("report", work, json, debug)
+
+
+@app.command(rich_help_panel="Logs")
+def monitor(
+    log: Annotated[Path, typer.Argument(help="A recorded log: .csv, .parquet, .mat, .nc; or a log of gough's.")],
+    machine: Annotated[
+        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet (.toml); needed.")
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="A map (.toml) of the log's columns: gough new map writes one.")
+    ] = None,
+    bandwidth: Annotated[str, typer.Option("--bandwidth", help="Of the force, e.g. 20 Hz.")] = "20 Hz",
+    form: Annotated[str, typer.Option("--form", help="momentum, or static: without inertia.")] = "momentum",
+    alarm: Annotated[str | None, typer.Option("--alarm", help='Force that is an alarm, as "2 kN".')] = None,
+    collision: Annotated[
+        str | None, typer.Option("--collision", help="Jump of the force within 10 ms.  [default: from the machine]")
+    ] = None,
+    breakage: Annotated[
+        str | None, typer.Option("--breakage", help="Force whose loss is told.  [default: from the machine]")
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Go on while the file is being written.")] = False,
+    until: Annotated[str, typer.Option("--until", help="With --follow: end when so long nothing came.")] = "60 s",
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """The force on the tool over a recorded log: peaks, alarms, collisions, breakage."""
+
+    def work(outcome: Outcome) -> None:
+        from .monitor import Asked, monitor_file
+
+        asked = Asked(bandwidth, form, alarm, collision, breakage, until if follow else None)
+        monitor_file(log, machine, map_file, asked, out, force, quiet, outcome)
+
+    return finish("monitor", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")

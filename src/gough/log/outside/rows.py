@@ -185,7 +185,7 @@ class Record:
         except RunError as error:
             problem = error.problems[0]
             raise self.source.error(
-                f"the first readings are no pose of {self.machine.name}: {problem.where or ''} {problem.rule}".rstrip(),
+                f"the first readings are no pose of {self.machine.name}: {problem.rule}",
                 key="joints", value=f"{np.round(q[0], 6).tolist()} m", cure=self._cure(q[0]),
             ) from None  # fmt: skip
         limit = getattr(self.machine.limits, "speed", None)
