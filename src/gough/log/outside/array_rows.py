@@ -71,7 +71,7 @@ class MatRows(ArrayRows):
             raise self.error("cannot be read as MATLAB", value=str(error)[:100]) from None
         found = {}
         for name, value in content.items():
-            if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.ndim == 2 and not name.startswith("__"):
+            if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.ndim == 2:
                 if value.shape[0] == 1 and value.shape[1] > 1:  # a row is a column that lies down
                     value = value.T
                 found[name] = value[:, 0] if value.shape[1] == 1 else value

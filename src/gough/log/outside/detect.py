@@ -64,22 +64,18 @@ class Detector:
         if self.last is None:
             self.since[:] = q[0]
         least = max(2, round(FROZEN / self.period))
-        for joint in range(q.shape[1]):
+        for joint, name in enumerate(self.machine.joint_names):
             ends = np.flatnonzero(changed[:, joint])
-            starts = np.concatenate([[0], ends + 0])
-            stops = np.concatenate([ends, [len(q)]])
-            for start, stop in zip(starts, stops, strict=True) if len(ends) < len(q) // 2 else ():
-                length = stop - start + (self.stands[joint] if start == 0 else 0)
-                if length < least or stop <= start:
-                    continue
-                origin = self.since[joint] if start == 0 else q[start]
-                moved = np.abs(q[stop - 1] - origin).max()
+            edges = np.concatenate([[0], ends, [len(q)]])
+            lengths = np.diff(edges)
+            lengths[0] += self.stands[joint]  # of what began in the rows before
+            for k in np.flatnonzero((lengths >= least) & (np.diff(edges) > 0)):
+                start, stop, length = edges[k], edges[k + 1], int(lengths[k])
+                moved = np.abs(q[stop - 1] - (self.since[joint] if k == 0 else q[start])).max()
                 if moved > MOVED:
                     begin = float(t[stop - 1] - (length - 1) * self.period)
-                    text = f"{self.machine.joint_names[joint]}: the reading stands while others move"
-                    self.findings.add(
-                        Finding("frozen", text, None, begin, float(t[stop - 1]), int(length)), self.period
-                    )
+                    text = f"{name}: the reading stands while others move"
+                    self.findings.add(Finding("frozen", text, None, begin, float(t[stop - 1]), length), self.period)
             if len(ends):
                 self.stands[joint], self.since[joint] = len(q) - ends[-1], q[ends[-1]]
             else:
@@ -115,7 +111,7 @@ class Detector:
         if len(x) < 10:
             return
         size = np.sqrt((weight**2).mean())
-        if size <= 0 or _distance(u, weight) < 0.5 * size:
+        if size <= 0 or _distance(u, weight) < 0.15 * size:
             return
         told = self._better(u, weight, _distance(u, weight))
         if told is not None:

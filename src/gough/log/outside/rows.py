@@ -131,6 +131,7 @@ class Record:
                     checked = True
                 self._count(good)
                 detector.look(samples.t, q, u, good)
+                u[~good] = np.nan  # what was cut off is no force of the next row either
                 if self.map.forces.acts == "after":
                     before = np.full((1, n), np.nan) if last is None or samples.anew else last
                     last = u[-1:].copy()

@@ -15,7 +15,7 @@ from .table import Block, Source, marked
 
 LONGEST_LINE = 1 << 20  # bytes
 _PIECE = 1 << 22  # bytes read at a time
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 
 
@@ -118,8 +118,8 @@ class TextRows(Source):
     def _block(self, numbers: list[int], lines: list[str], places: list[int]) -> Block:
         self._check_counts(numbers, lines)
         plain = [line.replace(",", ".") for line in lines] if self.text.decimal == "," else lines
-        if self.text.decimal == "," and any("." in line for line in lines):
-            values = None  # a point in a number with a comma is no number
+        if self.text.decimal == "," and any("." in line for line in lines) or not all(map(str.isascii, lines)):
+            values = None  # a point in a number with a comma is no number, nor is a digit of another script
         else:
             values = self._fast(plain, places)
         if values is not None:

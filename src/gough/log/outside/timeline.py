@@ -51,7 +51,8 @@ class Timeline:
         t = block.values[:, width] * self.time.scale
         if np.isnan(t).any():
             row = int(np.argmax(np.isnan(t)))
-            raise self._error("a row has no time", lines[row], self.time.column)
+            told = next((text for r, column, text in block.bad if (r, column) == (row, width)), "no number")
+            raise self._error(f"{self.time.column}: a row needs its time", lines[row], told)
         if self.last is None:
             self._check_period(t)
             before, known = t[0] - T, np.full(width, np.nan)
