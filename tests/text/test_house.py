@@ -31,6 +31,7 @@ FLOORS = [
     {"log"},
     {"simulate"},
     {"report", "export"},
+    {"monitor"},
     {"experiment"},
     {"cli"},
 ]
