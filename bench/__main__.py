@@ -2,7 +2,8 @@
 
 Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
 of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
-clock.  `python -m bench [loops] [rows] [workers] [peers]` measures some of it and keeps the rest of the last result.
+clock.  `python -m bench [loops] [laws] [rows] [workers] [peers]` measures some of it and keeps the rest of the last
+result.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from .workers import Workers
 
 ROUNDS = 5
 DOCS = Path(__file__).parent.parent / "docs"
-PARTS = ("loops", "rows", "workers", "peers")
+PARTS = ("loops", "laws", "rows", "workers", "peers")
 
 
 def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
@@ -35,30 +36,38 @@ def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
 
 def measure_loops() -> dict:
     """Per friction: simulated seconds a CPU second, and the ratios."""
-    cases = {}
-    for name, machine in loops.machines().items():
-        loop = loops.Loop(machine)
-        begun = time.perf_counter()
-        one = loop.compiled(1, cache=False)
-        compiled = time.perf_counter() - begun
-        lanes, slow = loop.compiled("auto", cache=False), loop.compiled(1, native=False)
-        plants = loops.plants_of(machine)
-        loops.single(machine), loops.batch(machine, plants[:1])  # fills the caches
-        rounds = []
-        for _ in range(ROUNDS):
-            found = {
-                "interpreter": loop.rate(slow, 1, 100),
-                "one lane": loop.rate(one, 1),
-                "lanes": loop.rate(lanes, lanes.lanes),
-                "simulate": loops.single(machine),
-                "batch": loops.batch(machine, plants),
-            }
-            found["one lane / interpreter"] = found["one lane"] / found["interpreter"]
-            found["lanes / one lane"] = found["lanes"] / found["one lane"]
-            found["batch / simulate"] = found["batch"] / found["simulate"]
-            rounds.append(found)
-        cases[name] = medians(rounds) | {"operations": one.operations, "compile_s": compiled}
-    return {"width": native_width(), "cases": cases}
+    return {"width": native_width(), "cases": {name: measured(machine) for name, machine in loops.machines().items()}}
+
+
+def measure_laws() -> dict:
+    """The same per law, with the friction of the sheet."""
+    sheet = gk.load_machine("nist-octahedral")
+    return {"width": native_width(), "cases": {name: measured(sheet, law) for name, law in loops.LAWS.items()}}
+
+
+def measured(machine, law=loops.LAW) -> dict[str, float]:
+    """One closed loop: simulated seconds a CPU second, and the ratios."""
+    loop = loops.Loop(machine, law)
+    begun = time.perf_counter()
+    one = loop.compiled(1, cache=False)
+    compiled = time.perf_counter() - begun
+    lanes, slow = loop.compiled("auto", cache=False), loop.compiled(1, native=False)
+    plants = loops.plants_of(machine)
+    loops.single(machine, law), loops.batch(machine, plants[:1], law)  # fills the caches
+    rounds = []
+    for _ in range(ROUNDS):
+        found = {
+            "interpreter": loop.rate(slow, 1, 100),
+            "one lane": loop.rate(one, 1),
+            "lanes": loop.rate(lanes, lanes.lanes),
+            "simulate": loops.single(machine, law),
+            "batch": loops.batch(machine, plants, law),
+        }
+        found["one lane / interpreter"] = found["one lane"] / found["interpreter"]
+        found["lanes / one lane"] = found["lanes"] / found["one lane"]
+        found["batch / simulate"] = found["batch"] / found["simulate"]
+        rounds.append(found)
+    return medians(rounds) | {"operations": one.operations, "compile_s": compiled}
 
 
 def measure_rows() -> dict:
@@ -93,7 +102,13 @@ def main(parts: list[str]) -> None:
     result = {"processor": processor(), "threads": os.cpu_count(), "version": gk.__version__, "rounds": ROUNDS}
     if any(old.get(key, value) != value for key, value in result.items()):
         old = {}  # figures of two machines do not stand in one table
-    measures = {"loops": measure_loops, "rows": measure_rows, "workers": measure_workers, "peers": measure_peers}
+    measures = {
+        "loops": measure_loops,
+        "laws": measure_laws,
+        "rows": measure_rows,
+        "workers": measure_workers,
+        "peers": measure_peers,
+    }
     for part in PARTS:
         if not parts or part in parts:
             result[part] = measures[part]()

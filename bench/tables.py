@@ -23,24 +23,31 @@ def page(result: dict) -> str:
         f"{result['rounds']} interleaved rounds, CPU time of one core; ratios", "are medians within a round.", "",
         f"Processor: {result['processor']}", "",
     ]  # fmt: skip
-    for part, write in (("loops", _loops), ("rows", _rows), ("workers", _workers), ("peers", _peers)):
+    for part, write in (("loops", _loops), ("laws", _laws), ("rows", _rows), ("workers", _workers), ("peers", _peers)):
         if part in result:
             lines += [*write(result[part]), ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
 def _loops(found: dict) -> list[str]:
+    about = ["Simulated seconds a CPU second; of several runs, all together.  The octahedral hexapod under computed "
+             "torque, 1 kHz, RK4 at", "0.25 ms, on a circle."]  # fmt: skip
+    return ["## Simulation", "", *about, "", *_rates("friction", found)]
+
+
+def _laws(found: dict) -> list[str]:
+    about = ["The same with the friction of the sheet under three laws: computed torque, CDAC (`robust_adaptive`) and "
+             "FCDAC (`fuzzy_friction`).", "Aims for FCDAC: one run 20, a batch 5 times one run."]  # fmt: skip
+    return ["## Laws", "", *about, "", *_rates("law", found)]
+
+
+def _rates(head: str, found: dict) -> list[str]:
     from .loops import RUNS
 
     cases, width = found["cases"], found["width"]
     told = {"width": width, "runs": RUNS, "aim": {8: 4, 4: 3}.get(width, "none")}
     body = [[label.format(**told), *(_cell(case[key]) for case in cases.values())] for key, label in _LOOPS]
-    return [
-        "## Simulation", "",
-        "Simulated seconds a CPU second; of several runs, all together.  The octahedral hexapod under computed torque, "
-        "1 kHz, RK4 at", "0.25 ms, on a circle.", "",
-        *table(["friction", *cases], body),
-    ]  # fmt: skip
+    return table([head, *cases], body)
 
 
 def _rows(found: dict) -> list[str]:

@@ -72,7 +72,8 @@ def test_a_bare_nc_program_says_what_is_missing_by_the_name_of_the_option(write)
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path)
     assert (
-        str(caught.value) == "--machine: is missing; give one of nist-octahedral, okuma-pm600, or a data sheet (.toml)"
+        str(caught.value)
+        == "--machine: is missing; give one of eth-hexaglide, nist-octahedral, okuma-pm600, or a data sheet (.toml)"
     )
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path, machine="okuma", controllers=["pdi"])
@@ -145,7 +146,7 @@ def installed(monkeypatch):
 def test_a_law_of_an_installed_package_is_found_by_its_name(installed):
     installed(theirs="gough.control.pid:PID")
     assert laws.law_class("theirs").__name__ == "PID"
-    assert list(laws.laws()) == ["computed_torque", "pid", "theirs"]
+    assert list(laws.laws()) == sorted([*laws.OWN, "theirs"])
 
 
 def test_a_package_cannot_take_the_name_of_a_law_of_gough(installed):
@@ -340,3 +341,21 @@ def test_what_is_wrong_with_tools_is_told_with_its_line(with_tools, old, new, me
     wanted = "[tools]" if ": tools: " in message else wanted
     line = next((n for n, row in enumerate(text.splitlines(), 1) if wanted.splitlines()[0] in row), None)
     assert message.format(with_tools, line) in str(caught.value)
+
+
+def test_a_law_that_does_not_fit_the_machine_is_told_with_its_line_and_every_one_of_them(tmp_path):
+    """What only machine and period together can refuse: `gough check` names the controller, the key and the line."""
+    from gough.cli.check import check_file
+    from gough.cli.end import Outcome
+
+    file = tmp_path / "e.toml"
+    table = '[[controller]]\nkind = "{}"\nslope = "100 1/s"\ndamping = "3700 1/s"\n'
+    file.write_text(
+        'schema = "gough-experiment-1"\n[machine]\nuse = "nist-octahedral"\n[program]\nkind = "circle"\n'
+        'radius = "50 mm"\nfeed = "3 m/min"\n' + table.format("robust_adaptive") + table.format("fuzzy_friction")
+    )
+    with pytest.raises(ExperimentError, match="sample time is too long") as error:
+        check_file(file, None, True, Outcome("check", False))
+    assert [(p.line, p.key) for p in error.value.problems] == [
+        (11, "controller.0.damping"), (15, "controller.1.damping"),
+    ]  # fmt: skip

@@ -60,6 +60,13 @@ def test_angles_come_back_from_the_rotation():
     )
 
 
+def test_angles_of_a_rotation_are_those_of_the_numpy_form_also_at_gimbal_lock():
+    f = symbolic(lambda flat: frames.abc_of_rotation(ca.reshape(flat, 3, 3).T), 9)
+    locked = np.array([[0.7, b, -1.9] for b in (np.pi / 2, -np.pi / 2)])
+    for R in frames.rotation_of_abc_np(np.concatenate([ABC, locked])):
+        assert_allclose(f(R.ravel()), frames.abc_of_rotation_np(R), rtol=0, atol=1e-14)
+
+
 @pytest.mark.parametrize("b", [np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, -np.pi / 2 + 1e-9])
 def test_at_gimbal_lock_the_angles_still_make_the_same_rotation(b):
     for a, c in np.random.default_rng(2).uniform(-3, 3, (20, 2)):

@@ -39,6 +39,10 @@ _MACHINE = [
     "tests/machine/test_energy.py",
 ]
 
+_LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "tests/simulate/test_run.py"]
+_STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
+_ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
+_PEERS = ["tests/export", "tests/oracle"]
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
 # module -> its tests, the likeliest first, and functions whose signs are of no equation
@@ -57,10 +61,28 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "mechanics/linear.py": (["tests/mechanics/test_linear.py"], set()),
     "simulate/tick.py": ([_DYNAMICS[-1], "tests/oracle/test_pinocchio.py", *_RUN, *_MACHINE[-1:]], {"build"}),
     "simulate/drive.py": (_RUN, set()),
+    "simulate/faults.py": (_STOP[:1], set()),
+    "simulate/trip.py": (_STOP[:1], {"tripped"}),
+    "simulate/safe_stop.py": (_STOP[1:], set()),
+    "simulate/supervise.py": (_STOP[1:], {"supervision_of", "states", "_with"}),
+    "simulate/stability.py": (["tests/simulate/test_joint_forces.py", *_RUN, "tests/control"], set()),
+    "simulate/plant.py": (_RUN[1:2] + _RUN[:1], set()),
+    "observe/encoders.py": (["tests/observe/test_encoders.py", *_STOP[1:]], set()),
+    "observe/forward.py": (["tests/observe", *_LAWS], set()),
+    "control/pid.py": (_LAWS, set()),
+    "control/computed_torque.py": (_LAWS, set()),
+    "control/base.py": ([*_LAWS, *_RUN], set()),
+    "machine/base.py": (["tests/machine/test_arrays.py", *_MACHINE[:4], *_RUN], {"model_post_init"}),
+    "machine/forward.py": (_MACHINE[3:5] + _ERRORS, {"_refuse"}),
+    "machine/workspace.py": (_MACHINE[3:5] + _DYNAMICS[2:] + _ERRORS + _RUN, set()),
+    "export/mjcf.py": (_PEERS, set()),
+    "export/mjcf_frames.py": (_PEERS, set()),
 }  # fmt: skip
 
 # functions of arrays whose arguments -1, -2 are axes
 AXES = {
+    "all",
+    "any",
     "reshape",
     "moveaxis",
     "swapaxes",
@@ -79,6 +101,8 @@ EQUIVALENT: dict[str, str] = {
     "machine/strut_motion.py: P_nud = (self.a_B - axial * n - 2 * self.ld * self.nu) / l [self.a_B - axial * n]": (
         "only n x P nu' is used, which knows nothing of a part along n"
     ),
+    "mechanics/linear.py: sign = -1 if (sum(rows) - 3) % 2 else 1  # parity of moving `rows` to the front "
+    "[sum(rows) - 3]": "only whether it is odd is asked, and 6 is even",
 }
 
 

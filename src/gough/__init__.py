@@ -37,6 +37,7 @@ _PUBLIC = {
     "DisturbanceObserver": "observe.disturbance",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
+    "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
     "report": "report",

@@ -18,6 +18,7 @@ import importlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -83,6 +84,9 @@ def one_of(**kinds: str) -> BeforeValidator:
     return BeforeValidator(choose)
 
 
+_SPECS: dict[type, dict[str, Quantity]] = {}  # of a class; parts are made by the thousand
+
+
 class Part(BaseModel):
     """Base of machines, laws and programs: frozen, no unknown keys, no inf or nan, equal and hashed by content."""
 
@@ -139,12 +143,13 @@ class Part(BaseModel):
     @classmethod
     def specs(cls) -> dict[str, Quantity]:
         """The declared quantities by field name."""
-        found = {}
-        for name, field in cls.model_fields.items():
-            extra = field.json_schema_extra
-            if isinstance(extra, dict) and "quantity" in extra:
-                found[name] = extra["quantity"]
-        return found
+        known = _SPECS.get(cls)
+        if known is None:
+            extras = {name: field.json_schema_extra for name, field in cls.model_fields.items()}
+            known = {name: e["quantity"] for name, e in extras.items() if isinstance(e, dict) and "quantity" in e}
+            if cls.__pydantic_complete__:
+                _SPECS[cls] = known
+        return known
 
     # -- the numbers, flat ------------------------------------------------------------------------------------
 
@@ -160,13 +165,15 @@ class Part(BaseModel):
                 for inner, number, spec in value._numbers():
                     yield f"{name}.{inner}", number, spec
 
-    @property
+    @cached_property
     def theta(self) -> np.ndarray:
         """All numbers of the part, flat.  (n,), SI."""
         flat = [np.ravel(value) for _, value, _ in self._numbers()]
-        return np.concatenate(flat) if flat else np.zeros(0)
+        joined = np.concatenate(flat) if flat else np.zeros(0)
+        joined.setflags(write=False)
+        return joined
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Name of each entry of theta: "platform.mass", "joints.base[0,2]"."""
         out = []
@@ -225,6 +232,10 @@ class Part(BaseModel):
 
     def structure(self) -> tuple:
         """All of the part but the values in theta: parts of one structure have the same equations."""
+        return self._structure
+
+    @cached_property
+    def _structure(self) -> tuple:
         out: list = [type(self).__module__, type(self).__qualname__]
         for name, field in type(self).model_fields.items():
             value = getattr(self, name)
@@ -248,7 +259,8 @@ class Part(BaseModel):
         return self._replaced(changes, from_file=False)
 
     def replace_from_file(self, changes: Mapping[str, Any]) -> Part:
-        """`replace` with values as a file writes them; "1.2 x" multiplies the part's own number."""
+        """`replace` with values as a file writes them; "1.2 x" multiplies the part's own number, "none" takes away
+        what may be absent."""
         return self._replaced(changes, from_file=True)
 
     def _replaced(self, changes: Mapping[str, Any], from_file: bool) -> Part:
@@ -278,6 +290,8 @@ class Part(BaseModel):
 
     def _changed(self, name: str, old: Any, raw: Any, from_file: bool) -> Any:
         spec = self.specs().get(name)
+        if from_file and isinstance(raw, str) and raw == "none" and type(self).model_fields[name].default is None:
+            return None
         if spec is None:
             if name == "kind" and raw != old:
                 raise InputError(
@@ -342,11 +356,13 @@ class Shape:
         self.part = part
         self._structure = part.structure()
 
+        self._hash = hash(self._structure)
+
     def __hash__(self) -> int:
-        return hash(self._structure)
+        return self._hash
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Shape) and self._structure == other._structure
+        return isinstance(other, Shape) and self._hash == other._hash and self._structure == other._structure
 
 
 class View:

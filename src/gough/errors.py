@@ -3,7 +3,7 @@
 GoughError
   InputError   exit status 2, the input is wrong     UnitError SheetError ExperimentError ProgramError LogError
   RunError     exit status 1, the run failed         KinematicsError WorkspaceError SingularityError DivergedError
-                                                     FollowingError StorageError
+                                                     FollowingError EncoderError StorageError
 """
 
 from __future__ import annotations
@@ -118,6 +118,10 @@ class SingularityError(RunError):
 
 class FollowingError(RunError):
     """A joint was too far from where it should be: the trip has switched the drives off."""
+
+
+class EncoderError(RunError):
+    """An encoder read what no force explains: the run was brought to rest."""
 
 
 class DivergedError(RunError):

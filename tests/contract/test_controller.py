@@ -9,6 +9,7 @@ import pytest
 import gough as gk
 from gough.control.base import Measurement
 from gough.kernel.pack import flatten, names, unflatten
+from gough.machine.drives import force_limit
 from gough.simulate import tick
 
 LAWS = {
@@ -47,11 +48,6 @@ PERIOD = 1e-3
 @pytest.fixture(params=LAWS, scope="module")
 def law(request, machine):
     return LAWS[request.param].on(machine, PERIOD)
-
-
-@pytest.fixture(params=["nist-octahedral", "okuma-pm600"], scope="module")
-def machine(request):
-    return gk.load_machine(request.param)
 
 
 @pytest.fixture(scope="module")
@@ -101,8 +97,8 @@ def test_the_same_in_gives_the_same_out(law, machine, rest):
     np.testing.assert_array_equal(flatten(first[1]), flatten(second[1]))
 
 
-def test_a_strut_that_is_too_short_is_pushed_longer(law, machine, rest):
-    """e is reference minus measured, and u > 0 lengthens."""
+def test_a_joint_that_is_behind_is_pushed_on(law, machine, rest):
+    """e is reference minus measured, and u > 0 pushes a joint the way its coordinate grows."""
     r, u0 = rest
     state = law.init(r, u0)
     for i in range(6):
@@ -113,7 +109,7 @@ def test_a_strut_that_is_too_short_is_pushed_longer(law, machine, rest):
 
 def test_a_saturated_drive_stops_integrals_and_learning(law, machine, rest):
     r, u0 = rest
-    limit = machine.drive.torque_limit * 2 * np.pi / machine.drive.lead
+    limit = force_limit(machine.drive)
     state = law.init(r, u0)
     for applied, moves in ((u0, True), (np.full(6, limit), False), (np.full(6, -limit), False)):
         _, after = stepped(law, state, r, Measurement(r.q - 1e-5, applied))
@@ -137,20 +133,20 @@ def test_numbers_are_told_apart_from_equations(law):
     assert not np.array_equal(other.theta, law.theta)
 
 
-def test_it_follows_a_slow_circle_within_its_band(law, machine):
+def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
     circle = gk.Circle(radius=0.05, feed=0.05)
+    free = LAWS[request.node.callspec.params["law"]]
     known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be
-    log = gk.simulate(
-        machine if known else machine.replace(friction=None), law.replace(machine=None, period=None), circle
-    )
+    log = gk.simulate(machine if known else machine.replace(friction=None), free, circle)
     assert log.dataset.attrs["status"] == "done"
     speed, t = 0.05, log["t"]
     steady = (t > 0.5) & (t < t[-1] - 1.0)
     # lag of the slowest loop direction: a / (K_v w'), a = v^2 / r, w' > 0.4 w; computed torque: encoder noise only
     worst = speed**2 / 0.05 / (2 * np.pi * 10) / (0.4 * 3 * 2 * np.pi * 10) if law.kind == "pid" else 5e-6
-    if getattr(law, "friction_speed", None) == "measured":  # fades over 50 mm/s here: reversals' glitches remain
-        worst = 15e-6
+    if getattr(law, "friction_speed", None) == "measured":
+        # it fades over 50 mm/s here, so most friction is left to the surface: at most 690 N on k L = 740 kg x 200 x 100
+        worst = 690 / (740 * 200 * 100)
     assert log["contour_error"][steady].max() < worst
 
 

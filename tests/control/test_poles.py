@@ -7,6 +7,7 @@ import pytest
 
 import gough as gk
 from gough.simulate import stability
+from oracle.machines import MACHINES
 
 PERIOD = 2e-5  # s: short against every pole, so the sampled loop is the continuous one to w Ts = 1 %
 
@@ -19,9 +20,9 @@ def decay_rates(machine, law):
     return np.log(moving) / PERIOD
 
 
-@pytest.fixture(scope="module", params=["nist-octahedral", "okuma-pm600"])
+@pytest.fixture(scope="module", params=["nist-octahedral", "okuma-pm600", "general"])
 def machine(request):
-    return gk.load_machine(request.param)
+    return MACHINES[request.param]()
 
 
 def assert_same_poles(found, expected, relative):

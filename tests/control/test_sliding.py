@@ -209,7 +209,7 @@ def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist):
 
     machine = nist.replace(**{"drive.encoder": None})
     for factor, stable in ((0.98, True), (1.02, False)):
-        law = gk.FuzzyFriction(slope=1e-3, damping=factor * 2.0 / PERIOD)
+        law = gk.FuzzyFriction(slope=1e-3, damping=factor * 2.0 / PERIOD, friction_rate=1.0)
         if not stable:
             with pytest.raises(ExperimentError, match="sample time"):
                 law.on(machine, PERIOD)

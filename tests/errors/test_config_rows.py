@@ -130,6 +130,26 @@ def test_c1_tables_of_the_wrong_shape_are_said(complaints):
     ]
 
 
+@pytest.mark.parametrize(
+    ("added", "expected"),
+    [
+        (
+            'stop_ramp = "2 m/s2"',
+            'run.stop_ramp: stop_ramp needs something that begins it, got 2 m/s2; write encoder_check = "1 kN" or '
+            'ferror = "1 mm" beside it',
+        ),
+        ('min_ferror = "1 mm"', "run.min_ferror: min_ferror needs ferror, what is allowed at full speed, got 0.001 m"),
+        (
+            '[plant]\nfaults = [{ kind = "stuck", joint = 7, start = "1 s" }]',
+            "plant.faults.0.joint: the machine has no such joint, got 7 (limit 6)",
+        ),
+    ],
+)
+def test_c1_options_that_do_not_go_together_are_found_without_a_run(complaints, added, expected):
+    (found,) = complaints(EXPERIMENT, {'period = "1 ms"': f'period = "1 ms"\n{added}'})
+    assert found.partition(": ")[2] == expected and found.partition(": ")[0].isdigit()
+
+
 def test_c1_a_sweep_is_said_not_to_be_there(complaints):
     assert complaints(EXPERIMENT + '[sweep]\nvary = { "run.seed" = [1, 2] }\n') == [
         "21: sweep: sweeps are not in this version of gough; remove the table"

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from gough.frames import quaternion_of_abc_np, rotation_of_abc_np
-from gough.machine import reactions
+from gough.machine import forward, reactions
 from gough.machine.hexapod_parts import JointFriction
 from gough.machine.workspace import random_poses
 from gough.mechanics.load_friction import LoadStribeck
@@ -109,3 +109,28 @@ def test_friction_in_the_joints_slows_the_plant(okuma):
     M = okuma.mass_matrix(okuma.home)
     power = np.array(v).ravel() @ M @ np.array(ca.evalf(ca.SX(with_it - without))).ravel()
     assert power < -1  # W; 12 joints of 1 kN x 0.3 x 0.05 m, at some tenths of a rad/s each
+
+
+def test_a_newton_step_moves_the_platform_by_a_quarter_of_the_longest_chord_at_most(library_machine):
+    """Joints a metre longer than home's from home: the step along the tool axis is cut to its bound."""
+    m = library_machine
+    (z0,) = m.arrays.run("coordinates", m.home)
+    z1, size = m.arrays.run("newton", z0, m.inverse_kinematics(m.home) + 1.0)
+    reach = 0.25 * max(np.linalg.norm(A - B) for A, B in zip(m.joints.base, m.joints.platform, strict=True))
+    step = np.linalg.norm(z1[:3] - z0[:3])
+    # the step is along z to the symmetry of the sheets' joints, given to 1e-9 m
+    assert_allclose(step, reach, rtol=1e-6)
+    assert_allclose(size[0], step, rtol=1e-6)
+
+
+def test_lengths_are_refused_beyond_the_chords_between_their_joints_and_not_before(library_machine):
+    """Two struts and the chords |A_i A_j|, |B_i B_j| close a quadrangle, or they cannot be there."""
+    m = library_machine
+    q = np.random.default_rng(11).uniform(0.1, 3.0, (3000, 6))
+    fits = np.ones(len(q), bool)
+    for i in range(6):
+        for j in range(i):
+            chords = sum(np.linalg.norm(p[i] - p[j]) for p in (m.joints.base, m.joints.platform))
+            fits &= np.abs(q[:, i] - q[:, j]) <= chords
+    assert 30 < fits.sum() < 2970, "rows of both fates"
+    np.testing.assert_array_equal(forward.impossible(m, q)[0], fits)

@@ -105,6 +105,7 @@ class FakeLog(dict):
     batch = False
     info: dict = {}
     metrics: dict = {}
+    joint_word = "strut"
 
 
 def test_a_log_with_metrics_is_measured_by_them():

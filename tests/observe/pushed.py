@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from gough import kernel as kernels
-from gough.simulate import start, tick
+from gough.simulate import observed, start, tick
 
 
 def pushed(machine, law, observer, wrench, plant=None, x=None, period=1e-3):
@@ -17,11 +17,12 @@ def pushed(machine, law, observer, wrench, plant=None, x=None, period=1e-3):
     law, observer = law.on(machine, period), observer.on(machine, period)
     row = tick.rest_row(machine, x)
     first = start.at_rest(machine, true, law, wrench[0] * 0, row)
-    schedule = start.schedule_of(true, law, first.law, row, period, 4, 0, None, None, observer)
+    schedule = observed.with_observer(tick.build(true, law, first.law, row, period, 4), observer)
     signals = [dataclasses.replace(s, kind="input") if s.name == "wrench" else s for s in schedule.signals]
     kernel = kernels.compile(dataclasses.replace(schedule, signals=tuple(signals)))
     numbers = {"theta_plant": true.theta, "theta_law": law.theta, "theta_observer": observer.theta}
-    simulation = kernel.start(numbers, start.states(schedule, first, row, observer))
+    states = tick.first_states(schedule, first.z, first.law, first.u) | observed.states(observer, row.x)
+    simulation = kernel.start(numbers, states)
     n = len(wrench)
     reference = np.concatenate([np.broadcast_to(np.ravel(part), (n, np.size(part))) for part in row], axis=1)
     out = simulation.advance(n, {"reference": reference, "wrench": wrench})[:, 0]

@@ -42,7 +42,7 @@ def axial(S):
 class Oracle:
     """CasADi functions of y, y', y'' (columns of 6): energies, strut lengths, twist, and forces on the coordinates."""
 
-    lengths: ca.Function  # y -> l
+    lengths: ca.Function  # y -> l, or the places of carriages
     length_rate: ca.Function  # y -> dl/dy (6, 6)
     twist: ca.Function  # y, y' -> [v; w] of T in W
     twist_matrix: ca.Function  # y -> E (6, 6)
@@ -132,7 +132,16 @@ def oracle(machine, spring: float = 0.0, spring_length=0.0) -> Oracle:
         if machine.joints.cross is not None:  # it turns by alpha alone, about the axis fixed in the base
             T += kinetic(0.0, A, ca.diag(ca.DM([machine.joints.cross, 0.0, 0.0])), R_WU @ rotation(0, alpha))
 
-    lengths = ca.vertcat(*lengths)
+    return functions((y, yd, ydd), T, U, ca.vertcat(*lengths), R_WT)
+
+
+def functions(motion, T, U, lengths, R_WT) -> Oracle:
+    """The oracle of energies T, U and joint coordinates `lengths`, expressions of `motion` = (y, y', y''), 6 each."""
+    y, yd, ydd = motion
+
+    def along(f):  # d/dt of a function of y
+        return ca.reshape(ca.jtimes(ca.vec(f), y, yd), f.shape)
+
     V = ca.vertcat(yd[:3], axial(along(R_WT) @ R_WT.T))
     momentum = ca.gradient(T, yd)
     M = ca.jacobian(momentum, yd)

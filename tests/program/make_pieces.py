@@ -21,7 +21,8 @@ from gough.program.write import to_gcode
 
 FOLDER = Path(gough.program.__file__).parent / "pieces"
 DECIMALS = 6  # 1 nm; 1e-6 deg turn a tool of 100 mm by 2 nm
-BOTH, OKUMA = ("nist-octahedral", "okuma-pm600"), ("okuma-pm600",)
+HEXAPODS, OKUMA = ("nist-octahedral", "okuma-pm600"), ("okuma-pm600",)
+ALL = ("eth-hexaglide", *HEXAPODS)
 XY, YZ, ZX = (0.0, 0.0, 0.0), (radians(90), 0.0, radians(90)), (radians(-90), radians(-90), 0.0)
 
 
@@ -40,7 +41,7 @@ def _circles(radius, plane, name, feed):
         f"Circular test in the manner of ISO 230-4, in the {name} plane.\n"
         f"A circle of {2e3 * radius:g} mm diameter about zero, at {1e3 * feed:g} mm/min,\n"
         "counter-clockwise, then clockwise, each with half a circle of run-in and half a circle of run-out.",
-        BOTH,
+        ALL,
     )
 
 
@@ -53,20 +54,20 @@ RECIPES = {
         "Circle, diamond, square: a contouring test piece after ISO 10791-7 and NAS 979.\n"
         "A square of 160 mm, in it a diamond, in that a circle of 100 mm, each 2 mm above the one around it;\n"
         "the circle clockwise, then counter-clockwise.  Zero lies in the middle of the top.",
-        BOTH,
+        ALL,
     ),
     "square-corners": Recipe(
         SquareCorners(side=(0.02, 0.06, 0.1), feed=2.0 / 60),
         "Squares of 20, 60 and 100 mm about zero with sharp corners, at 2000 mm/min,\n"
         "each counter-clockwise and clockwise, from the middle of a side.  The corners are driven exactly;\n"
         "write G64 P instead of G61 to see them blended.",
-        BOTH,
+        ALL,
     ),
     "zigzag": Recipe(
         Zigzag(feed=2.0 / 60, back=True),
         "Corners of 30, 60, 90, 120 and 150 degrees between lines of 30 mm, at 2000 mm/min, there and back.\n"
         "Zero lies in the middle.",
-        BOTH,
+        ALL,
     ),
     "cone-frustum": Recipe(
         ConeFrustum(feed=1.0 / 60),
@@ -83,16 +84,21 @@ RECIPES = {
         "Lower circle 160 mm, half angle 12 degrees, axis tilted by 6 degrees:\n"
         "the tool leans over by 6 to 18 degrees.\n"
         "Zero lies 40 mm above the middle of the lower circle and 50 mm beside it.  Short lines within 0.005 mm.",
-        BOTH,
+        HEXAPODS,
     ),
     "s-piece": Recipe(
         SPiece(feed=1.0 / 60),
         "S-shaped wall, milled with the flank of the tool: a five-axis test piece with a surface of gough's own.\n"
         "200 x 120 mm, 30 mm high; the tool leans over by up to 18 degrees, to all sides.\n"
         "Zero lies 40 mm above the middle of the wall's foot.  Short lines within 0.005 mm.",
-        BOTH,
+        HEXAPODS,
     ),
 }  # fmt: skip
+
+
+def listed(names: tuple[str, ...]) -> str:
+    """ "a", "a and b", "a, b and c"."""
+    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def text(name: str) -> str:
@@ -102,7 +108,7 @@ def text(name: str) -> str:
     header = [
         name,
         *about.splitlines(),
-        f"With zero at the machine's home within the workspace of {' and '.join(machines)}.",
+        f"With zero at the machine's home within the workspace of {listed(machines)}.",
         f"Made by gough from the kind {kind}, all numbers rounded to {DECIMALS} decimals.",
     ]
     return to_gcode(program.path(), "\n".join(header), decimals=DECIMALS, numbered=True)

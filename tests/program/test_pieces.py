@@ -77,7 +77,10 @@ def test_it_stays_in_the_workspace_of_the_machines_it_names_and_of_no_other(name
         check_motion(believed, motion, 10e-3)
     fits = not [w for w in caught if w.category is ReachWarning]
     assert fits == (machine in RECIPES[name].machines)
-    assert fits == (machine in re.search(r"workspace of (.*)\.", pieces()[name].read_text())[1].split(" and "))
+    assert fits == (
+        machine
+        in re.search(r"workspace of (.*)\.", pieces()[name].read_text())[1].replace(", ", " and ").split(" and ")
+    )
 
 
 def test_the_page_names_each_with_its_machines():

@@ -7,8 +7,9 @@ import matplotlib
 import numpy as np
 import pytest
 
-from conftest import make_log
+from conftest import TASK, make_log
 from gough.errors import LogError
+from gough.log.build import LogBuilder
 from gough.report import figures, style
 from gough.report.figures import circle, contour_error, forces, path, save_all, tracking, velocities
 from gough.report.prepare import force_range
@@ -205,3 +206,35 @@ def test_the_colours_of_error_darken_steadily():
         return linear @ [0.2126, 0.7152, 0.0722]
 
     assert np.all(np.diff([luminance(colour) for colour in style.ERROR_COLOURS]) < 0)
+
+
+def make_batch(errors, failed):
+    """A batch without rows: largest contour errors m, rms half of them, and which runs failed."""
+    builder = LogBuilder(np.zeros(0), TASK, 6, runs=len(errors))
+    builder.add_runs([{"contour_error": {"max": e, "rms": None if e is None else e / 2}} for e in errors], failed)
+    return builder.build({"controller_kind": "pid"}, "failed" if any(failed) else "done", "one" if any(failed) else "")
+
+
+def test_the_spread_of_a_batch_has_a_step_for_every_run_that_came_to_its_end():
+    log = make_batch([3e-6, 1e-6, 2e-6, 9e-6, None], [0, 0, 0, 1, 0])
+    ax = log.plot.contour()
+    most, rms = ax.lines
+    assert most.get_xdata().tolist() == pytest.approx([1, 1, 2, 3]) and rms.get_xdata()[-1] == pytest.approx(1.5)
+    assert most.get_ydata().tolist() == pytest.approx([0, 100 / 3, 200 / 3, 100])
+    assert ax.get_title(loc="left") == "5 runs under PID, 1 failed" and ax.get_xlabel() == "contour error [µm]"
+
+
+def test_a_batch_of_which_nothing_is_left_has_no_spread():
+    with pytest.raises(LogError, match=r"^metrics.contour_error: no run of the batch has a contour error"):
+        make_batch([1e-6, None], [1, 0]).plot.spread()
+
+
+def test_a_single_run_has_no_spread(short):
+    with pytest.raises(LogError, match=r"^run: the log holds one run; log.plot.contour\(\) draws it over time"):
+        short.plot.spread()
+
+
+@pytest.mark.parametrize("name", ["path", "circle", "forces", "velocities", "tracking"])
+def test_figures_of_one_run_are_refused_for_a_batch_by_name(name):
+    with pytest.raises(LogError, match=r"^run: holds a batch of runs; pick one: log.run\(0\).plot; log.plot.spread"):
+        getattr(make_batch([1e-6, 2e-6], [0, 0]).plot, name)()

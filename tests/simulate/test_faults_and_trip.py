@@ -65,6 +65,12 @@ def test_a_stuck_encoder_from_the_first_sample_reads_that(nist):
     assert (log["q_m"][:3, 1] == log["q_m"][0, 1]).all() and abs(log["q_m"][0, 1] - log["q"][0, 1]) < 1e-9
 
 
+def test_a_fault_shorter_than_a_sample_lasts_for_one(nist):
+    """What begins between two samples is seen at the next one, whatever its length."""
+    log = run(nist, {"kind": "dropout", "joint": 6, "start": 0.2995, "duration": 1e-4})
+    assert (log["q_m"][:, 5] == 0).nonzero()[0].tolist() == [300]
+
+
 def test_a_dropout_reads_zero(nist):
     log = run(nist, {"kind": "dropout", "joint": 6, "start": 0.3, "duration": 0.001})
     assert log["q_m"][300, 5] == 0 and (log["q_m"][:300, 5] > 1).all()

@@ -7,7 +7,10 @@ import pytest
 
 import gough as gk
 from gough.errors import DivergedError, ExperimentError, WorkspaceError
+from gough.kernel import noise
 from gough.simulate.notes import EffortWarning, ReachWarning, StabilityWarning
+from gough.simulate.run import Run
+from gough.simulate.single import CHUNK, Single
 
 CIRCLE = gk.Circle(radius=0.02, feed=0.05, settle=0.1)
 
@@ -27,6 +30,35 @@ def test_the_same_seed_gives_the_same_bits(nist):
     runs = [gk.simulate(noisy, gk.PID(bandwidth=12.0), CIRCLE, seed=seed).dataset["x"].values for seed in (3, 3, 4)]
     np.testing.assert_array_equal(runs[0], runs[1])
     assert not np.array_equal(runs[0], runs[2])
+
+
+def test_the_encoder_reads_the_joint_plus_its_noise_rounded_to_a_count(nist):
+    """Eq. (2) of simulate.drive, with the kernel's noise from its definition in NumPy."""
+    sigma, res = 3e-6, 1e-7
+    noisy = nist.replace(**{"drive.noise": sigma, "drive.encoder": res})
+    log = gk.simulate(noisy, gk.PID(bandwidth=8.0), CIRCLE, seed=4)
+    for k in range(0, len(log), 7):
+        normal = noise.normals("noise", 6, noise.run_key(4, 0), k)
+        read = res * np.floor((log["q"][k] + sigma * normal) / res + 0.5)
+        np.testing.assert_allclose(log["q_m"][k], read, rtol=0, atol=1.001 * res)  # a rounding may fall either way
+        assert np.abs(log["q_m"][k] - read).mean() < res / 2
+
+
+def test_the_pose_stays_a_pose_in_every_sample(nist):
+    """S3: a hexapod has no loop that drifts open, its struts follow from the pose; what could drift is |quaternion|."""
+    job = Single(nist, gk.PID(bandwidth=8.0), CIRCLE, gk.Plant(machine=nist), Run(), False)
+    rows, build = [], job._advance
+
+    def advance(k, reference):
+        done = build(k, reference)
+        rows.append(job.simulation.state("z")[0])
+        return done
+
+    job._advance = advance
+    log, error = job.run(None)
+    assert error is None and len(rows) == -(-len(log) // CHUNK)
+    assert np.abs(np.linalg.norm(np.array(rows)[:, 3:], axis=1) - 1).max() < 1e-15
+    np.testing.assert_allclose(nist.inverse_kinematics(log["x"]), log["q"], rtol=0, atol=1e-14)
 
 
 def test_noise_has_the_declared_deviation(nist):

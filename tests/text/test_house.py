@@ -32,6 +32,7 @@ FLOORS = [
     {"simulate"},
     {"report", "export"},
     {"monitor"},
+    {"study"},
     {"experiment"},
     {"cli"},
 ]

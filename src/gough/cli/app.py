@@ -4,11 +4,12 @@
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
     gough monitor LOG    the force on the tool out of a recorded log
+    gough reproduce P    a published experiment again, and its claims held against ours
     gough export M       a machine for another program
     gough machines, show, new
 
 Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-check, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
+check, reproduce, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
 """
 
 from __future__ import annotations
@@ -162,6 +163,30 @@ def monitor(
         monitor_file(log, machine, map_file, asked, out, force, quiet, outcome)
 
     return finish("monitor", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def reproduce(
+    paper: Annotated[str, typer.Argument(help="A paper, such as garagic2004; or all.", metavar="PAPER|all")],
+    campaign: Annotated[
+        bool, typer.Option("--campaign", help="With the long campaigns beyond the paper, minutes each.")
+    ] = False,
+    out: Out = None,
+    force: Force = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="The rows of the table as a JSON list on stdout; all else to stderr.")
+    ] = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Do published experiments again and hold the paper's numbers against ours.  Exit status 1: one is not met."""
+
+    def work(outcome: Outcome) -> None:
+        from .reproduce import reproduce_papers
+
+        reproduce_papers(paper, campaign, out, force, quiet or json, outcome)
+
+    return finish("reproduce", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")

@@ -78,7 +78,7 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         motion = experiment.program.plan(experiment.machine)
     except InputError as error:
         raise experiment.document.locate(error, "program") from None
-    _check_loops(experiment)
+    _check_loops(experiment, motion.duration)
     check_motion(experiment.machine, motion, experiment.run.period)
     return {
         "machine": experiment.machine.name,
@@ -87,17 +87,21 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _check_loops(experiment: Experiment) -> None:
+def _check_loops(experiment: Experiment, duration: float) -> None:
     """Warn where a controller and the period do not go together; refuse sub-steps that cannot be stable."""
-    from ..simulate.stability import check_loop, choose_substeps
+    from ..simulate.plant import Plant
+    from ..simulate.stability import check_loop, substeps_of
 
-    run, true = experiment.run, experiment.plant.true_machine if experiment.plant else experiment.machine
+    run, plant = experiment.run, experiment.plant or Plant(machine=experiment.machine)
+    wrong = []
     for i, controller in enumerate(experiment.controllers):
         try:
-            substeps = choose_substeps(true, run.period, run.substeps)
+            substeps = substeps_of(plant.true_machine, plant, duration, run)
             check_loop(experiment.machine, controller.law.on(experiment.machine, run.period), run.period, substeps)
         except InputError as error:
-            raise experiment.locate(error, i) from None
+            wrong += [p for p in experiment.locate(error, i).problems if p not in wrong]
+    if wrong:
+        raise ExperimentError(problems=wrong)
 
 
 def _is_sheet(document: Document) -> bool:

@@ -33,6 +33,7 @@ class Outcome:
     def __init__(self, command: str, as_json: bool):
         self.as_json = as_json
         self.data: dict[str, Any] = {"schema": f"gough-{command}-1", "status": "done", "error": None}
+        self.rows: list[dict[str, Any]] | None = None  # printed instead of the object, unless there was an error
 
     def say(self, *lines: Any) -> None:
         """Print for people, on stdout; with --json on stderr."""
@@ -108,7 +109,8 @@ def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: b
             status = 1
             outcome.data.update(status="failed", error={"code": "Bug", "problems": [{"rule": rule}]})
     if as_json:
-        print(json.dumps(plain(outcome.data), allow_nan=False))
+        listed = outcome.rows is not None and outcome.data["error"] is None
+        print(json.dumps(plain(outcome.rows if listed else outcome.data), allow_nan=False))
         sys.stdout.flush()
     if status == INTERRUPTED and threading.active_count() > 1:
         os._exit(status)  # a thread in compiled code would keep the process for as long as its chunk lasts

@@ -130,6 +130,8 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 
 [plant]                          # what is true and nobody told the controllers; leave out if all is as believed
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
+# "joints.friction" = "none"     # the machine has it, this one has not
+# friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
@@ -175,6 +177,8 @@ seed      = 0                    # of the encoder's noise
 # signals   = ["x", "x_r", "contour_error", "line"]            # variables of the log; else all
 # ferror     = "1 mm"            # following error that ends the run; with min_ferror at the joints' greatest speed
 # min_ferror = "0.2 mm"          # the same at rest; needs the machine's limits.speed
+# encoder_check = "1 kN"         # flag encoders that read what takes more unknown force on a joint: friction, cutting
+# stop_ramp  = "2 m/s2"          # at a flag or following error the tool brakes along its path before the run ends
 """
 
 TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT}

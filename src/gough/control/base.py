@@ -42,6 +42,9 @@ class Controller(Part):
     """Base of all laws.  `machine` and `period` may be left open: the run fills them in by `on`."""
 
     states: ClassVar[dict[str, tuple[str, str, str]]] = {}  # of its State: (dimension, unit, meaning), for the log
+    # numbers that make the loop so many times as quick when all of them grow so many times
+    tuned: ClassVar[tuple[str, ...]] = ()
+    adapted: ClassVar[tuple[str, ...]] = ()  # names of states that are learned
     symbolic: ClassVar[bool] = True  # False: `step` is plain NumPy and takes the slow path
 
     machine: Machine | None = None

@@ -45,6 +45,8 @@ class ComputedTorque(Controller):
         "started": ("twist", "N, N m", "force at rest that the model did not know"),
     }
 
+    tuned: ClassVar = ("bandwidth", "poles")
+
     kind: Literal["computed_torque"] = "computed_torque"
     bandwidth: float | None = quantity("Hz", "of the error: poles at (1, 1, 2) 2 pi bandwidth", default=None, above=0)
     poles: Array | None = quantity("1/s", "magnitudes of the three error poles", default=None, above=0, shape=(3,))
@@ -65,7 +67,7 @@ class ComputedTorque(Controller):
 
     def init(self, r0, u0) -> State:
         """The state from which the first step gives u0 at r0."""
-        z0 = np.array(ca.DM(self.machine.coordinates_of(ca.DM(np.ravel(r0.x))))).ravel()
+        z0 = self.machine.coordinates(np.ravel(r0.x))
         u_model = self.machine.inverse_dynamics(np.ravel(r0.x), np.zeros(6), np.zeros(6))
         missing = self.machine.jacobian(np.ravel(r0.x)).T @ (np.ravel(u0) - u_model)
         return State(forward.Pose(z0), np.zeros(6), missing)

@@ -10,7 +10,7 @@ rule k by a Gaussian, and what rule k says is linear in z,
 
 each entry of A_i held within +-`strength`.  x is taken within the outermost centres, where their rules go on unchanged:
 no speed is without a rule.  sgn is smoothed as in robust_adaptive.py; x_0 = 0.1 m/s and a_0, the machine's feed
-acceleration, give all entries of A the unit N.
+acceleration, give all entries of A the unit N.  G is a stiffness: learned friction holds against the integral of s.
 
 Source: Garagic and Srinivasan, ACC 2004, eqs. (22)-(32).  Deviations: (31) of the paper lacks the error that (35) has;
 since friction acts in each joint, that error is s_i, of that joint, and not sigma.  The paper's z lacks the sixth
@@ -62,8 +62,11 @@ class FuzzyFriction(SlidingLaw):
         shape=(-1,),
     )  # fmt: skip
     widths: Array = quantity("m/s", "w: of each rule", default=[0.02, 0.003, 0.002, 0.003, 0.02], above=0, shape=(-1,))
-    friction_rate: float = quantity("N/m", "G: newtons learned a metre of error", default=2e7, at_least=0)
-    acceleration_rate: float = quantity("N/m", "the same for accelerations", default=1e5, at_least=0)
+    friction_rate: float | Array | None = quantity(
+        "N/m", "G: newtons learned a metre of error; k^2 / (4 m) of each joint if left out",
+        default=None, at_least=0, shape=(-1,),
+    )  # fmt: skip
+    acceleration_rate: float = quantity("1", "the same for accelerations, as a share of G", default=0.01, at_least=0)
     accelerations: int = Field(0, ge=0, description="how many reference accelerations the rules know, in twist order")
     strength: float = quantity("N", "greatest size of an entry of A", default=800.0, above=0)
 
@@ -90,7 +93,18 @@ class FuzzyFriction(SlidingLaw):
         d = len(law.machine.velocities)
         if law.accelerations > d:
             raise ExperimentError(f"the machine has {d}", key="accelerations", value=str(law.accelerations))
-        return law
+        n = law.machine.joints_count
+        if np.ndim(law.friction_rate) and len(law.friction_rate) != n:
+            raise ExperimentError(
+                f"must be one value or {n}", key="friction_rate", value=f"{len(law.friction_rate)} values"
+            )
+        return law if law.friction_rate is not None else law.replace(friction_rate=law._critical_rate())
+
+    def _critical_rate(self) -> np.ndarray:
+        """k^2 / (4 m) of each joint, the others free: a double pole of m s'' + k s' + G s = 0, (8) and (17)."""
+        J, M = self.machine.jacobian(self.machine.home), self.machine.mass_matrix(self.machine.home)
+        m, k = (1 / np.diag(J @ np.linalg.solve(A, J.T)) for A in (M, self.K_D))
+        return k**2 / (4 * m)
 
     def friction_start(self):
         rows = 3 + self.accelerations
@@ -103,7 +117,7 @@ class FuzzyFriction(SlidingLaw):
         feed = p.machine.feed
         scale = [feed.angular_acceleration if turning else feed.acceleration for turning in turns]
         shared = [r.xdd[k] / a_0 for k, a_0 in enumerate(scale)]
-        G = ca.vertcat(ca.repmat(p.friction_rate, 3, 1), ca.repmat(p.acceleration_rate, rows - 3, 1))
+        share = ca.vertcat(ca.DM.ones(3, 1), ca.repmat(p.acceleration_rate, rows - 3, 1))
         lost, after = [], []
         for i, A in enumerate(ca.vertsplit(ca.SX(state.weights), rows * rules)):
             A = ca.reshape(A, rows, rules)
@@ -112,6 +126,7 @@ class FuzzyFriction(SlidingLaw):
             zeta = m_k / ca.sum1(m_k)
             z = ca.vertcat(1, x / SPEED, ca.tanh(known.qd[i] / p.friction_smoothing), *shared)
             lost.append(z.T @ A @ zeta)
-            moved = A + known.step * known.s[i] * (G * z) @ zeta.T
+            G = p.friction_rate[i] if np.ndim(self.friction_rate) else p.friction_rate
+            moved = A + known.step * known.s[i] * G * (share * z) @ zeta.T
             after.append(clip(ca.vec(moved), -p.strength, p.strength))
         return ca.vertcat(*lost), (ca.vertcat(*after),)

@@ -39,6 +39,8 @@ class PID(Controller):
         "integral": ("joint", "m", "integral of the speed error"),
     }
 
+    tuned: ClassVar = ("bandwidth",)
+
     kind: Literal["pid"] = "pid"
     bandwidth: float = quantity("Hz", "bandwidth of the position loop", above=0)
     speed_ratio: float = quantity("1", "speed loop bandwidth over position loop bandwidth", default=3.0, above=0)

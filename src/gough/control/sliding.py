@@ -213,7 +213,7 @@ class SlidingLaw(Controller):
     def init(self, r0, u0):
         """The state from which the first step gives u0 at r0."""
         x0 = np.ravel(r0.x)
-        z0 = np.array(ca.DM(self.machine.coordinates_of(ca.DM(x0)))).ravel()
+        z0 = self.machine.coordinates(x0)
         model = self.machine.inverse_dynamics(x0, np.zeros(len(x0)), np.zeros(len(x0)))
         missing = self.machine.jacobian(x0).T @ (np.ravel(u0) - model)
         return self.state_type(forward.Pose(z0), np.ones(len(self.adapt)), *self.friction_start(), missing)

@@ -49,11 +49,13 @@ class Experiment:
 
     def locate(self, error: InputError, i: int) -> InputError:
         """An error of running controller i with its place in the file."""
-        placed = []
+        placed, own = [], set(type(self.controllers[i].law).model_fields) - {"machine", "period"}
         for problem in error.problems:
-            head, _, rest = (problem.key or "").partition(".")
-            if head == "controller":
-                problem = Problem(**{**problem.__dict__, "key": f"controller.{i}.{rest}".rstrip(".")})
+            key = problem.key or ""
+            head, _, rest = key.partition(".")
+            if head == "controller" or head in own:  # a law that does not fit the machine names its own numbers
+                inner = rest if head == "controller" else key
+                problem = Problem(**{**problem.__dict__, "key": f"controller.{i}.{inner}".rstrip(".")})
             placed.append(problem)
         return self.document.locate(type(error)(problems=placed))
 
@@ -183,6 +185,10 @@ class _Builder:
             self._note([Problem("only an NC program uses tools", key="tools", cure="remove the table")])
         controllers = self._controllers()
         run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
+        if machine and run:
+            self._try(parts.check_supervision, machine, run)
+        if known and plant:
+            self._try(parts.check_faults, plant)
         if self.problems:
             here = str(self.document.path)
             raise ExperimentError(problems=sorted(self.problems, key=lambda p: (p.file != here, p.line or 0)))
@@ -206,6 +212,13 @@ class _Builder:
             except InputError as error:
                 self._note(list(error.problems), key)
         return None
+
+    def _try(self, check: Callable, *what: Any) -> None:
+        """Note what a check of parts together finds."""
+        try:
+            check(*what)
+        except InputError as error:
+            self._note(list(error.problems))
 
     def _controllers(self) -> list[Controller]:
         tables = self.data.get("controller")

@@ -148,6 +148,21 @@ def run_of(table: Mapping[str, Any]) -> Run:
     return run
 
 
+def check_supervision(machine: Machine, run: Run) -> None:
+    """Refuse options of a run that its machine cannot serve, or that ask for nothing."""
+    from ..simulate.supervise import supervision_of
+    from ..simulate.trip import trip_of
+
+    supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
+
+
+def check_faults(plant: Any) -> None:
+    """Refuse a fault of an encoder that the machine has not."""
+    from ..simulate.start import check_faults as check
+
+    check(plant, plant.machine)
+
+
 def brief(value: Any) -> str:
     text = ascii(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -53,6 +53,8 @@ VARIABLES: dict[str, Variable] = {
     "u": Variable(("joint",), "N", "applied joint forces"),
     "friction": Variable(("joint",), "N", "friction forces in the joints"),
     "saturated": Variable(("joint",), "1", "drive at its limit", "i1"),
+    "encoder_flag": Variable(("joint",), "1", "encoder found to read what no force explains", "i1"),
+    "stopping": Variable((), "1", "on the way to rest, or at rest, after a safe stop began", "i1"),
     "wrench": Variable(("wrench_axis",), "N, N m", "wrench on the tool, at the tip, in W"),
     "wrench_hat": Variable(("wrench_axis",), "N, N m", "estimated wrench on the tool, at the tip, in W"),
     "s_r": Variable((), "m", "path length of the reference"),

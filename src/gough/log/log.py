@@ -119,9 +119,9 @@ class Log:
     def joint_names(self) -> list[str]:
         """What the machine calls its joints, "carriage 1"; struts in a log that does not say."""
         told, count = self.info.get("joint_names"), self.dataset.sizes.get("joint", 6)
-        if isinstance(told, list) and len(told) == count:
-            if all(isinstance(name, str) and _JOINT.fullmatch(name) for name in told):
-                return told
+        right = isinstance(told, list) and len(told) == count
+        if right and all(isinstance(name, str) and _JOINT.fullmatch(name) for name in told):
+            return told
         return [f"strut {i + 1}" for i in range(count)]
 
     @property
@@ -228,11 +228,22 @@ class Plot:
     def _draw(self, name: str, *args: Any, **options: Any) -> Any:
         from ..report import figures  # matplotlib only when something is drawn
 
+        if self._log.batch:
+            cure = "pick one: log.run(0).plot; log.plot.spread() and .contour() show all"
+            raise LogError("holds a batch of runs", key="run", cure=cure)
         return getattr(figures, name)(self._log, *args, **options)
 
     def contour(self, ax: Any = None) -> Any:
-        """Contour error over time, velocity reversals marked."""
+        """Contour error over time, velocity reversals marked; of a batch `spread`."""
+        if self._log.batch:
+            return self.spread(ax)
         return self._draw("contour_error", ax=ax)
+
+    def spread(self, ax: Any = None) -> Any:
+        """Of a batch: largest and rms contour error of the runs, over the share of runs that stay below."""
+        from ..report.spread import spread
+
+        return spread(self._log, ax)
 
     def path(self, ax: Any = None) -> Any:
         """Tool path coloured by contour error."""

@@ -141,7 +141,7 @@ class Machine(Part):
 
     def friction_load(self, p, pi, z, v, vd):
         """The normal forces that scale the joints' friction on a motion, (n,) N; None where nothing scales it."""
-        return None
+        return
 
     # -- what adaptive laws need ----------------------------------------------------------------------------------
 
@@ -169,6 +169,10 @@ class Machine(Part):
         return mean - (half - self.inverse_force(p, pi, z, rest, rest))
 
     # -- arrays ---------------------------------------------------------------------------------------------------
+
+    def coordinates(self, x) -> np.ndarray:
+        """z of poses.  (..., d) -> (..., len(z))."""
+        return self.arrays.run("coordinates", column(x, len(self.task), "pose"))[0]
 
     def inverse_kinematics(self, x) -> np.ndarray:
         """Joint coordinates of poses.  (..., d) -> (..., n).  One answer or none; limits are not checked here.

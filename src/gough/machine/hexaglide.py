@@ -57,6 +57,15 @@ class Hexaglide(PlatformMachine):
 
     joint_names: ClassVar = tuple(f"carriage {i}" for i in range(1, 7))
     leg_names: ClassVar = tuple(f"leg {i}" for i in range(1, 7))
+    # Honegger 1998, eqs. (9), (10), but for the first moments, which are no numbers of the sheet, and the friction
+    adaptable: ClassVar = (
+        "carriage.mass",
+        "platform.mass",
+        "platform.inertia[0,0]",
+        "platform.inertia[1,1]",
+        "platform.inertia[2,2]",
+        "legs.mass",
+    )
 
     kind: Literal["hexaglide"] = "hexaglide"
     name: str = Field(default="hexaglide", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")

@@ -155,7 +155,7 @@ def source_of(key: str, sources: Mapping[str, str]) -> str | None:
 
 
 def overridden(machine: Machine, table: Mapping[str, Any]) -> Machine:
-    """The machine with the keys of a table changed: quantities, "1.2 x", dotted keys or tables of them.
+    """The machine with the keys of a table changed: quantities, "1.2 x", "none", dotted keys or tables of them.
 
     A table for something the machine has not (friction where there was none), or of another `kind`, is taken whole.
 

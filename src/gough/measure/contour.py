@@ -23,7 +23,7 @@ import numpy as np
 
 from ..frames import rotation_of_quaternion_np
 from ..program.blocks import REST
-from ..program.reference import Motion
+from ..program.reference import Book, Motion
 from ..program.segments import cross, dot, norm, rotated
 
 _BUNDLE = 16
@@ -62,19 +62,19 @@ class ContourMeter:
         self._normal = np.array(none + [c.normal for c in rounds])
         self._radius = np.array([0.0] + [c.radius for c in rounds])
 
-    def __call__(self, k0: int, k1: int, Ts: float, x_true) -> Contour:
+    def __call__(self, k0: int, k1: int, Ts: float, x_true, book: Book | None = None) -> Contour:
         """Errors at samples k0 ... k1 - 1 of period Ts s.
 
         `x_true` (n, 7) or (n, runs, 7): true position of T in W, m, and unit quaternion w x y z of R_WT.  What is
         measured is the tip of the tool in use.
-        Rows with NaN give NaN.
+        Rows with NaN give NaN.  `book` says where on the path the samples belong, columns (n,) or (n, runs), if not
+        where the motion has them.
         """
         x_true = np.asarray(x_true, float)
         runs = x_true.shape[1:-1]
-        book = self.motion.book(k0, k1, Ts)
-        rows = np.repeat(np.arange(k1 - k0), int(np.prod(runs)))
-        flat = x_true.reshape(-1, 7)
-        out = self._measure(*(a[rows] for a in (book.s, book.window, book.block, book.u)), flat)
+        book = self.motion.book(k0, k1, Ts) if book is None else book
+        place = (a if a.ndim > len(runs) else np.repeat(a, runs[0]) for a in (book.s, book.window, book.block, book.u))
+        out = self._measure(*(a.reshape(-1) for a in place), x_true.reshape(-1, 7))
         return Contour(*(a.reshape((k1 - k0,) + runs) for a in out))
 
     def _measure(self, s_r, window, block, u_r, x):

@@ -57,6 +57,8 @@ class Friction(Part):
         return self
 
     loaded: ClassVar[bool] = False  # whether a normal force scales it
+    # the numbers that friction is in proportion to
+    levels: ClassVar[tuple[str, ...]] = ("coulomb", "static", "viscous")
 
     @property
     def peak(self):

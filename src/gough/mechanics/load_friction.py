@@ -47,6 +47,7 @@ class LoadFriction(Part):
     )
 
     loaded: ClassVar[bool] = True
+    levels: ClassVar[tuple[str, ...]] = ("coulomb", "static", "viscous", "coulomb_offset", "viscous_offset")
 
     @model_validator(mode="after")
     def _ordered(self):

@@ -29,7 +29,7 @@ def as_logs(logs: Log | Iterable[Log]) -> list[Log]:
         raise LogError("there is no log to report")
     for log in out:
         if "run" in log.dataset.dims:
-            raise LogError("holds a batch of runs", key="run", cure="pick one: log.run(0)")
+            raise LogError("holds a batch of runs", key="run", cure="pick one: log.run(0); log.plot.spread() shows all")
     return out
 
 

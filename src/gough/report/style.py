@@ -26,23 +26,29 @@ def _style() -> dict[str, Any]:
 
 def new_axes(size: tuple[float, float] | None = None) -> Any:
     """Axes of a new figure in the style of gough.  No pyplot and no rcParams: it may run in any thread."""
+    return new_panels(1, size)[0]
+
+
+def new_panels(rows: int, size: tuple[float, float] | None = None) -> list[Any]:
+    """Axes of a new figure, one below the other with the same limits; as `new_axes`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     style = _style()
     figure = Figure(figsize=size or style["figure.figsize"], facecolor=style["figure.facecolor"], layout="constrained")
     FigureCanvasAgg(figure)
-    ax = figure.add_subplot()
-    ax.set_prop_cycle(style["axes.prop_cycle"])
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(style[f"axes.spines.{side}"])
-    for side in ("bottom", "left"):
-        ax.spines[side].set_color(style["axes.edgecolor"])
-    for axis in ("x", "y"):
-        ax.tick_params(axis, labelsize=style[f"{axis}tick.labelsize"], colors=style[f"{axis}tick.color"])
-    ax.grid(style["axes.grid"], color=style["grid.color"], linewidth=style["grid.linewidth"])
-    ax.set_axisbelow(True)
-    return ax
+    panels = list(figure.subplots(rows, sharex=True, sharey=True, squeeze=False)[:, 0])
+    for ax in panels:
+        ax.set_prop_cycle(style["axes.prop_cycle"])
+        for side in ("top", "right"):
+            ax.spines[side].set_visible(style[f"axes.spines.{side}"])
+        for side in ("bottom", "left"):
+            ax.spines[side].set_color(style["axes.edgecolor"])
+        for axis in ("x", "y"):
+            ax.tick_params(axis, labelsize=style[f"{axis}tick.labelsize"], colors=style[f"{axis}tick.color"])
+        ax.grid(style["axes.grid"], color=style["grid.color"], linewidth=style["grid.linewidth"])
+        ax.set_axisbelow(True)
+    return panels
 
 
 def label(ax: Any, title: str, x: str, y: str) -> None:

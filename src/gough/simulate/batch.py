@@ -23,12 +23,13 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start
+from . import columns, observed, provenance, stability, start, stopped
 from .kept import Kept
 from .notes import EffortWarning, Notes
 from .reach import Reach
 from .single import CHUNK, MOST_ROWS, SATURATED
 from .structure import same_structure
+from .supervise import supervision_of
 from .trip import trip_of
 
 SLAB = 8  # runs over one buffer; a multiple of every number of lanes
@@ -66,15 +67,18 @@ class Batch:
         self.motion = program.plan(machine)
         self.ticks = self.motion.count(run.period)
         self._check_rows()
-        self.trip = trip_of(machine, run.ferror, run.min_ferror)
+        self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
+        self.shared = columns.SHARED if self.asked.ramp is None else ("t",)
+        self.ends: list[stopped.End] = [stopped.End((), None)] * self.count
         self.notes = Notes()
         self.reach = Reach(machine, self.motion, run.period, self.notes)
         self.meter = ContourMeter(self.motion)
         self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
         self.samples = np.zeros(self.count, int)
         self.errors: list[RunError | None] = [None] * self.count
-        self.kept = Kept(self.ticks, run.log_every, self.count)
+        self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
         self.faults = max(len(plant.faults) for plant in plants)
+        self.drifts = any(plant.friction_drift for plant in plants)
         first = self.motion.sample(0, 1, run.period)
         self.row = Reference(*(column[0] for column in first))
         _, unreachable = self.reach.of(0, first.x)
@@ -117,9 +121,11 @@ class Batch:
                 same_structure("plant", [first, true], i)
                 start.check_faults(plant, true, f"plant.{i}.faults")
                 if id(plant) not in steps:
-                    steps[id(plant)] = stability.choose_substeps(true, run.period, run.substeps)
+                    steps[id(plant)] = stability.substeps_of(true, plant, self.motion.duration, run)
                 substeps = steps[id(plant)]
-                parameters = start.parameters(true, law, plant, run.period, self.faults, self.trip, self.observer)
+                parameters = start.parameters(
+                    self.believed, true, law, plant, run.period, self.faults, self.asked, self.drifts
+                ) | observed.parameters(self.observer)
                 try:
                     at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
@@ -135,7 +141,7 @@ class Batch:
         run, true = self.run_part, self.true
         started = [one.start for one in ready if one.start is not None]
         self.state = started[0].law if started else self.law.init(self.row, np.zeros(len(self.row.q)))
-        self.signals = columns.chosen(run.signals, self.state, true, self.observer)
+        self.signals = columns.chosen(run.signals, self.state, true, self.drifts, observed.logged(self.observer))
         groups = defaultdict(list)
         for i, one in enumerate(ready):
             if one.start is not None:
@@ -143,9 +149,10 @@ class Batch:
         self.slabs, self.kernel = [], None
         for substeps, members in groups.items():
             schedule = start.schedule_of(
-                true, self.law, self.state, self.row, run.period, substeps, self.faults, self.trip, self.signals,
-                self.observer,
+                self.believed, true, self.law, self.state, self.row, run.period, substeps, self.faults, self.asked,
+                self.signals, self.drifts,
             )  # fmt: skip
+            schedule = observed.with_observer(schedule, self.observer)
             self.kernel = kernels.compile(schedule, lanes=self.lanes)
             for at in range(0, len(members), SLAB):
                 self.slabs.append(self._slab(schedule, members[at : at + SLAB], ready))
@@ -153,7 +160,8 @@ class Batch:
     def _slab(self, schedule, members, ready):
         run = self.run_part
         parameters = [ready[i].parameters for i in members]
-        states = [start.states(schedule, ready[i].start, self.row, self.observer) for i in members]
+        begun = observed.states(self.observer, self.row.x)
+        states = [start.states(schedule, ready[i].start, self.row) | begun for i in members]
         keys = [noise.run_key(run.seed, i) if self.seeds is None else noise.run_key(self.seeds[i], 0) for i in members]
         simulation = self.kernel.start(_stacked(parameters), _stacked(states), runs=len(members), keys=keys)
         return self.kernel, simulation, np.array(members)
@@ -169,7 +177,7 @@ class Batch:
             good, error = self.reach.of(k, reference.x)
             reference = Reference(*(column[:good] for column in reference))
             if good:
-                book, tables = self.motion.book(k, k + good, period), start.inputs(reference, k, self.faults)
+                book, tables = self.motion.book(k, k + good, period), start.inputs(reference, k, self.kernel.schedule)
                 for kernel, simulation, members in self.slabs:
                     shape = -(-len(members) // kernel.lanes) * kernel.lanes, kernel.width
                     if shape not in buffers:
@@ -181,7 +189,19 @@ class Batch:
             k += n
             if progress is not None:
                 progress(min(k, self.ticks - 1) * period, (self.ticks - 1) * period)
+        self._supervised()
         return self._log(time.perf_counter() - started), next((e for e in self.errors if e is not None), None)
+
+    def _supervised(self):
+        """What supervision says of every run."""
+        for _, simulation, members in self.slabs:
+            for j, i in enumerate(members):
+                end = stopped.end_of(
+                    self.asked, simulation, j, int(self.samples[i]), self.true, self.motion, self.run_part.period
+                )
+                self.ends[i] = end
+                self.errors[i] = stopped.first(end, self.errors[i], simulation.stops[j])
+        stopped.warn(self.notes, self.true, self.ends, self.labels)
 
     def _advance(self, k, reference, book, tables, kernel, simulation, members, buffer):
         """Simulate a chunk of the runs of one slab, measure and keep."""
@@ -195,7 +215,9 @@ class Batch:
             stop = simulation.stops[j]
             ends[j] = stop.tick - k
             i = members[j]
-            self.errors[i] = columns.explain(stop, self.plants[i].true_machine, self.motion, run.period, self.trip)
+            self.errors[i] = columns.explain(
+                stop, self.plants[i].true_machine, self.motion, run.period, self.asked.ends_at_once
+            )
         live = np.flatnonzero(ends)
         self.samples[members] += ends
         if not len(live):
@@ -204,12 +226,16 @@ class Batch:
         out = out if len(live) == out.shape[1] else out[:, live]
         reference, book = (type(part)(*(column[:n] for column in part)) for part in (reference, book))
         row = {name: out[..., where] for name, where in kernel.columns.items()}
-        contour = self.meter(k, k + n, run.period, row["z"])
+        if "stopping" in row:
+            book = stopped.held(book, row["stopping"][..., 0], run.stop_ramp, self.motion, k, run.period)
+        contour = self.meter(k, k + n, run.period, row["z"], book)
+        counted = np.broadcast_to(book.counted.reshape(n, -1), (n, len(live)))
+        line = np.broadcast_to(book.line.reshape(n, -1), (n, len(live)))
         for j, lane in enumerate(live):
             part = slice(0, ends[lane])
             self.sums[members[lane]].update(
                 contour_error=contour.contour_error[part, j], orientation_error=contour.orientation_error[part, j],
-                lag=contour.lag[part, j], counted=book.counted[part], line=book.line[part], q_r=reference.q[part],
+                lag=contour.lag[part, j], counted=counted[part, j], line=line[part, j], q_r=reference.q[part],
                 qd_r=reference.qd[part], q=row["q"][part, j], qd=row["qd"][part, j], u=row["u"][part, j],
                 saturated=row["saturated"][part, j],
             )  # fmt: skip
@@ -217,8 +243,9 @@ class Batch:
             wrench = np.array([self.plants[i].wrench for i in members[live]])
             part = slice(-k % run.log_every, None, run.log_every)
             found = columns.columns(
-                run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals, self.observer
+                run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals
             )
+            found |= observed.columns(self.observer, row, part, self.signals)
             self.kept.take(k, found, members[live], ends[live])
 
     # -- what is said of it ---------------------------------------------------------------------------------------
@@ -231,8 +258,8 @@ class Batch:
             kept.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count, runs=self.count
         )
         for name, values in kept.items():
-            dim, units, meaning = columns.told(self.law, name, self.observer)
-            builder.add(name, values, dim, units, meaning, shared=name in columns.SHARED)
+            dim, units, meaning = observed.told(self.observer, name) or columns.told(self.law, name)
+            builder.add(name, values, dim, units, meaning, shared=name in self.shared)
         metrics = [sums.result() for sums in self.sums]
         failed = np.array([error is not None for error in self.errors])
         builder.add_runs(metrics, failed)

@@ -63,6 +63,12 @@ def numbers(faults: Sequence[EncoderFault], count: int, period: float) -> np.nda
     return np.array(rows, float).reshape(-1)
 
 
+def clocked(schedule: Schedule) -> tuple[Signal, ...]:
+    """The signals of a schedule with the input "clock", the number of the tick, among them."""
+    known = "clock" in schedule.by_name
+    return schedule.signals if known else (*schedule.signals, Signal("clock", 1, "input"))
+
+
 @lru_cache(maxsize=64)
 def with_faults(schedule: Schedule, n: int, count: int) -> Schedule:
     """The schedule with `count` faults between the encoders of n joints and the law.
@@ -83,9 +89,9 @@ def with_faults(schedule: Schedule, n: int, count: int) -> Schedule:
     function = ca.Function("fault", [faults, clock, q_m, held], [reading, reading])
     task = Task("fault", function, ("faults", "clock", "q_m", "held"), ("q_m", "held"))
     at = [t.name for t in schedule.tasks].index("sense") + 1
-    signals = [Signal("faults", _NUMBERS * count, "parameter"), Signal("clock", 1, "input"), Signal("held", n, "state")]
+    signals = [Signal("faults", _NUMBERS * count, "parameter"), Signal("held", n, "state")]
     return dataclasses.replace(
         schedule,
-        signals=(*schedule.signals, *signals),
+        signals=(*clocked(schedule), *signals),
         tasks=(*schedule.tasks[:at], task, *schedule.tasks[at:]),
     )

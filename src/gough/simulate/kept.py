@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from .columns import SHARED
-
 
 class Kept:
-    """Rows of `runs` runs over `ticks` samples, one of `every`.  Behind the end of a run they are NaN, flags 0."""
+    """Rows of `runs` runs over `ticks` samples, one of `every`.  Behind the end of a run they are NaN, flags 0.
 
-    def __init__(self, ticks: int, every: int, runs: int):
-        self.every, self.runs = every, runs
+    `shared` are the variables that are the same in all runs.
+    """
+
+    def __init__(self, ticks: int, every: int, runs: int, shared: tuple[str, ...]):
+        self.every, self.runs, self.shared = every, runs, shared
         self.total = -(-ticks // every)
         self._arrays: dict[str, np.ndarray] = {}
 
     def take(self, k: int, found: dict[str, np.ndarray], members: np.ndarray, ends: np.ndarray) -> None:
-        """The thinned rows of a chunk from sample k: (rows, members, ...), of SHARED (rows, ...).
+        """The thinned rows of a chunk from sample k: (rows, members, ...), shared ones (rows, ...).
 
         Member i has `ends[i]` samples in this chunk; what stands behind is dropped.
         """
@@ -24,7 +25,7 @@ class Kept:
         rows = slice(first, first + len(found["t"]))
         past = (np.arange(rows.start, rows.stop) * self.every)[:, None] >= k + ends
         for name, values in found.items():
-            shared, blank = name in SHARED, self._blank(name, values)
+            shared, blank = name in self.shared, self._blank(name, values)
             if name not in self._arrays:
                 lead = (self.total,) if shared else (self.total, self.runs)
                 self._arrays[name] = np.full(lead + values.shape[len(lead) :], blank, values.dtype)

@@ -21,6 +21,10 @@ class EffortWarning(RunWarning):
     """The drives are at their limits for much of the run."""
 
 
+class EncoderWarning(RunWarning):
+    """An encoder reads what no force explains."""
+
+
 class Notes(list):
     """The warnings of one run, as texts in the order they were found."""
 

@@ -10,6 +10,7 @@ import dataclasses
 from functools import lru_cache
 
 import casadi as ca
+import numpy as np
 
 from ..declare import Shape
 from ..errors import InputError
@@ -42,16 +43,21 @@ def _with(schedule: Schedule, shape: Shape, every: int) -> Schedule:
     n, labels = observer.machine.joints_count, names(observer.init(observer.machine.home))
     theta, s = ca.SX.sym("theta", len(observer.theta)), ca.SX.sym("s", len(labels))
     q, u = ca.SX.sym("q", n), ca.SX.sym("u", n)
-    found, after = function_of(observer)(theta, s, q, u, 1)
+    flagged = "flagged" in schedule.by_name  # by the encoders' check: what they read is not there
+    flags = ca.SX.sym("flags", n if flagged else 0)
+    found, after = function_of(observer)(theta, s, q, u, ca.sum1(flags) == 0 if flagged else 1)
     told = dict(zip(logged(observer), fields_of(observer).values(), strict=True))
-    function = ca.Function("observe", [theta, s, q, u], [*(found[part] for part in told.values()), after])
-    task = Task("observe", function, ("theta_observer", "observer", "q_m", "u"), (*told, "observer"), every)
+    function = ca.Function(
+        "observe", [theta, s, q, u, flags][: 4 + flagged], [*(found[part] for part in told.values()), after]
+    )
+    reads = ("theta_observer", "observer", "q_m", "u", *(("flagged",) if flagged else ()))
+    task = Task("observe", function, reads, (*told, "observer"), every)
     signals = [
         Signal("theta_observer", len(observer.theta), "parameter", observer.names),
         Signal("observer", len(labels), "state", labels),
         *(Signal(name, part.stop - part.start, "wire") for name, part in told.items()),
     ]
-    at = [one.name for one in schedule.tasks].index("sense") + 1
+    at = [one.name for one in schedule.tasks].index("control")
     return dataclasses.replace(
         schedule, signals=(*schedule.signals, *signals), tasks=(*schedule.tasks[:at], task, *schedule.tasks[at:]),
         log=(*schedule.log, *told),
@@ -75,9 +81,20 @@ def states(observer: Observer | None, x0) -> dict:
     return {} if observer is None else {"observer": flatten(observer.init(x0))}
 
 
-def columns(observer: Observer | None, row, part) -> dict:
-    """What the observer found in a chunk, thinned by the slice `part`; single numbers without an axis of their own."""
-    return {
-        name: row[name][part] if dimension else row[name][part][..., 0]
-        for name, (dimension, _, _) in logged(observer).items()
-    }
+def columns(observer: Observer | None, row, part, signals) -> dict:
+    """What the observer found in a chunk, thinned by the slice `part`, of `signals` (None: all).
+
+    Single numbers have no axis of their own.
+    """
+    found = {}
+    for name, (dimension, _, _) in logged(observer).items():
+        if signals is None or name in signals:
+            values = row[name][part]
+            found[name] = np.ascontiguousarray(values if dimension else values[..., 0])
+    return found
+
+
+def told(observer: Observer | None, name: str) -> tuple | None:
+    """Dimensions, unit and meaning of what the observer found; None for another variable."""
+    found = logged(observer).get(name)
+    return None if found is None else ((found[0],) if found[0] else (), found[1], found[2])

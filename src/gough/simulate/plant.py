@@ -21,6 +21,13 @@ class Plant(Part):
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
     )
+    friction_drift: float | None = quantity(
+        "1/s",
+        "all friction grows by so much of its first size a second; below 0 it falls",
+        default=None,
+        at_least=-1,
+        at_most=1,
+    )
     faults: list[EncoderFault] = Field(default_factory=list, max_length=32, description="faults of the encoders")
 
     @property

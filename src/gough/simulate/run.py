@@ -45,6 +45,14 @@ class Run(Part):
         default=None, above=0,
     )  # fmt: skip
     min_ferror: float | None = quantity("m", "the same of a joint at rest", default=None, above=0)
+    encoder_check: float | None = quantity(
+        "N", "force on a joint that nobody knows; an encoder that reads what takes more is flagged", default=None,
+        above=0,
+    )  # fmt: skip
+    stop_ramp: float | None = quantity(
+        "m/s2", "at a flag or following error the tool brakes so hard along its path before the run ends",
+        default=None, above=0,
+    )  # fmt: skip
 
 
 def simulate(
@@ -59,6 +67,8 @@ def simulate(
     signals: Sequence[str] | None = None,
     ferror: float | None = None,
     min_ferror: float | None = None,
+    encoder_check: float | None = None,
+    stop_ramp: float | None = None,
     *,
     observer: Observer | None = None,
     keep: str = "rows",
@@ -74,7 +84,9 @@ def simulate(
 
     `progress(simulated, total)` is called after every chunk, in seconds.  A run that leaves the machine's limits,
     diverges or trips (`ferror`, `min_ferror`: simulate.trip) ends there: its log has status "failed" and the reason;
-    `on_fail="raise"` raises the error instead, with the log as its attribute `log`.  `strict` turns the warning about
+    `on_fail="raise"` raises the error instead, with the log as its attribute `log`.  With `encoder_check` encoders are
+    flagged that read what no force explains (observe.encoders); with `stop_ramp` a flag or a trip brings the tool to
+    rest along its path before the run ends (simulate.safe_stop).  `strict` turns the warning about
     an unstable loop into an error.
 
     Lists of plants, of controllers of one kind or of seeds, all of one length, are a batch: runs side by side in
@@ -105,6 +117,8 @@ def simulate(
         signals=signals if signals is None or isinstance(signals, str) else list(signals),
         ferror=ferror,
         min_ferror=min_ferror,
+        encoder_check=encoder_check,
+        stop_ramp=stop_ramp,
     )
     for name, value, known in (("on_fail", on_fail, ("return", "raise")), ("keep", keep, ("rows", "metrics"))):
         if value not in known:

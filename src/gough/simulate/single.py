@@ -18,9 +18,10 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start
+from . import columns, observed, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
+from .supervise import supervision_of
 from .trip import trip_of
 
 SATURATED = 0.05  # share of samples with a drive at its limit from which a run warns
@@ -46,7 +47,7 @@ class Single:
                 limit=f"{MOST_ROWS} rows",
                 cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
             )
-        self.substeps = stability.choose_substeps(self.true, run.period, run.substeps)
+        self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
         self.notes = Notes()
         self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
         self.reach = Reach(machine, self.motion, run.period, self.notes)
@@ -63,19 +64,21 @@ class Single:
     def _start(self):
         """The plant at rest at the first reference, the law so that nothing moves."""
         run, plant = self.run_part, self.plant
-        self.trip = trip_of(self.believed, run.ferror, run.min_ferror)
+        self.asked = supervision_of(self.believed, run, trip_of(self.believed, run.ferror, run.min_ferror))
         self.faults = start.check_faults(plant, self.true)
         first = start.at_rest(self.believed, self.true, self.law, plant.wrench, self.row)
         self.state = first.law
-        self.signals = columns.chosen(run.signals, self.state, self.true, self.observer)
+        drifts = bool(plant.friction_drift)
+        self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
         schedule = start.schedule_of(
-            self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults, self.trip, self.signals,
-            self.observer,
+            self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
+            self.asked, self.signals, drifts,
         )  # fmt: skip
-        self.kernel = kernels.compile(schedule)
+        self.kernel = kernels.compile(observed.with_observer(schedule, self.observer))
         self.simulation = self.kernel.start(
-            start.parameters(self.true, self.law, plant, run.period, self.faults, self.trip, self.observer),
-            start.states(schedule, first, self.row, self.observer),
+            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts)
+            | observed.parameters(self.observer),
+            start.states(schedule, first, self.row) | observed.states(self.observer, self.row.x),
             seed=run.seed,
         )
 
@@ -90,23 +93,28 @@ class Single:
             done = self._advance(k, Reference(*(column[:good] for column in reference))) if good else 0
             stop = self.simulation.stops[0]
             if stop is not None:  # what happened comes before what would have happened
-                error = columns.explain(stop, self.true, self.motion, self.run_part.period, self.trip)
+                error = columns.explain(stop, self.true, self.motion, self.run_part.period, self.asked.ends_at_once)
             k += done
             if progress is not None:
                 progress(min(k, self.ticks - 1) * self.run_part.period, (self.ticks - 1) * self.run_part.period)
+        end = stopped.end_of(self.asked, self.simulation, 0, k, self.true, self.motion, self.run_part.period)
+        stopped.warn(self.notes, self.true, [end])
+        error = stopped.first(end, error, self.simulation.stops[0])
         return self._log(k, time.perf_counter() - started, error), error
 
     def _advance(self, k: int, reference: Reference) -> int:
         """Simulate the rows of the reference, measure and keep.  How many ticks were good."""
         run, n = self.run_part, len(reference.x)
-        out = self.simulation.advance(n, start.inputs(reference, k, self.faults))[:, 0]
+        out = self.simulation.advance(n, start.inputs(reference, k, self.kernel.schedule))[:, 0]
         n = len(out)
         if n == 0:
             return 0
         reference = Reference(*(column[:n] for column in reference))
         row = {name: out[:, columns] for name, columns in self.kernel.columns.items()}
         book = self.motion.book(k, k + n, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"])
+        if "stopping" in row:
+            book = stopped.held(book, row["stopping"][:, 0], run.stop_ramp, self.motion, k, run.period)
+        contour = self.meter(k, k + n, run.period, row["z"], book)
         self.sums.update(
             contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
             counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],
@@ -115,18 +123,9 @@ class Single:
         part = slice(-k % run.log_every, None, run.log_every)
         self.kept.append(
             columns.columns(
-                run.period,
-                k,
-                part,
-                reference,
-                row,
-                book,
-                contour,
-                self.plant.wrench,
-                self.state,
-                self.signals,
-                self.observer,
-            )  # fmt: skip
+                run.period, k, part, reference, row, book, contour, self.plant.wrench, self.state, self.signals
+            )
+            | observed.columns(self.observer, row, part, self.signals)
         )
         return n
 
@@ -137,7 +136,7 @@ class Single:
         joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in names}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
-            dim, units, meaning = columns.told(self.law, name, self.observer)
+            dim, units, meaning = observed.told(self.observer, name) or columns.told(self.law, name)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
         metrics = self.sums.result()

@@ -9,8 +9,7 @@ rest and with the acceleration of [feed] along each axis.
 Those forces come from the acceleration a sub-step before: a -> loads -> friction -> a+ must contract, else it grows
 from step to step.  (Nor does it settle in nature: there friction holds more than the drive pushes: the strut jams.)
 
-A law and a period are tried together: the map of one whole sample of the law (sense, control, drive, RK4), without
-friction and quantisation, is linearised at rest by central differences; a spectral radius above 1 grows.
+A law and a period are tried together: in one whole sample of the law at rest (loop.py) a spectral radius above 1 grows.
 """
 
 from __future__ import annotations
@@ -23,11 +22,13 @@ import numpy as np
 
 from ..declare import Shape
 from ..errors import ExperimentError, InputError
-from ..frames import quaternion_of_abc_np
-from ..kernel.pack import flatten
+from ..kernel.rows import compile_rows
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
 from . import tick
+from .drift import drifts, scale
+from .linear import plant_jacobians
+from .loop import loop_eigenvalues
 from .notes import Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
@@ -36,29 +37,14 @@ POSES = 30  # of the workspace, for the largest loads; they vary by a factor of 
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
 
-def fastest_pole(machine) -> float:
-    """Largest magnitude of the poles of the plant at home with friction, rad/s."""
-    memory = np.zeros(machine.memory_count)
-    u0 = machine.inverse_dynamics(machine.home, *np.zeros((2, len(machine.task))))
-    rest = np.zeros(len(machine.velocities))
-    loads = largest_loads(machine)
-    found = _linearised(Shape(machine))(machine.theta, _home(machine), rest, memory, u0, loads)
-    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found)
-
-
-@lru_cache(maxsize=64)
-def _linearised(shape: Shape) -> ca.Function:
-    """d(z', v')/d(z, v), and the same with the friction's memory among the states."""
-    machine = shape.part
-    p, theta, z, v, mem = tick.symbols_of(machine)
-    u, loads = ca.SX.sym("u", machine.joints_count), tick.loads_symbol(machine)
-    rates = ca.vertcat(*tick.rate(machine, p, z, v, mem, u, ca.SX.zeros(6), loads))
-    y = ca.vertcat(z, v)
-    whole, whole_rates = y, rates
-    if mem.numel():
-        bristles = machine.memory_rate(p, machine.jacobian_of(p, z) @ v, mem, loads)
-        whole, whole_rates = ca.vertcat(y, mem), ca.vertcat(rates, bristles)
-    return ca.Function("A", [theta, z, v, mem, u, loads], [ca.jacobian(rates, y), ca.jacobian(whole_rates, whole)])
+def fastest_pole(machine, friction: float = 1.0) -> float:
+    """Largest magnitude of the poles of the plant at home with `friction` times its friction, rad/s."""
+    home, rest = machine.home, np.zeros(len(machine.velocities))
+    u0 = machine.inverse_dynamics(home, *np.zeros((2, len(machine.task))))
+    theta = machine.theta if friction == 1 else np.where(drifts(machine), friction, 1.0) * machine.theta
+    memory, loads = np.zeros(machine.memory_count), largest_loads(machine)
+    found = plant_jacobians(Shape(machine))(theta, machine.coordinates(home), rest, memory, u0, loads)
+    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found[:2])
 
 
 def largest_loads(machine) -> np.ndarray:
@@ -66,31 +52,64 @@ def largest_loads(machine) -> np.ndarray:
     if not machine.load_count:
         return np.zeros(0)
     d, memory = len(machine.task), np.zeros(machine.memory_count)
+    poses, coordinates = _poses(_Geometry(machine))
+    pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
+    a = np.concatenate([np.zeros((1, d)), pushes, -pushes])
+    x, z = np.repeat(poses, len(a), axis=0), np.repeat(coordinates, len(a), axis=0)
+    a, still = np.tile(a, (len(poses), 1)), np.zeros(d)
+    u = machine.inverse_dynamics(x, still, a)
+    return _load_rows(Shape(machine))(machine.theta, z, still, memory, a, u)[0].max(axis=0)
+
+
+class _Geometry:
+    """A machine as a key: equal for those that differ at most in what changes no pose: inertias, friction, drives."""
+
+    def __init__(self, machine):
+        self.machine, shape = machine, Shape(machine)
+        self._key = shape, machine.theta[_geometric(shape)].tobytes()
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Geometry) and self._key == other._key
+
+
+_DYNAMIC = ("platform.", "strut.moving.", "strut.fixed.", "friction.", "joints.friction.", "drive.", "feed.")
+
+
+@lru_cache(maxsize=64)
+def _geometric(shape: Shape) -> np.ndarray:
+    return np.array([not name.startswith(_DYNAMIC) for name in shape.part.names], bool)
+
+
+@lru_cache(maxsize=64)
+def _poses(key: _Geometry) -> tuple[np.ndarray, np.ndarray]:
+    """Home and poses of the workspace (n, d), and their coordinates."""
+    machine = key.machine
     poses = [machine.home]
     if machine.limits.workspace is not None:
         poses += list(random_poses(machine, POSES, np.random.default_rng(0)))
-    pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
-    a = np.concatenate([np.zeros((1, d)), pushes, -pushes])
-    x, a = np.repeat(np.array(poses), len(a), axis=0), np.tile(a, (len(poses), 1))
-    z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
-    u, still = machine.inverse_dynamics(x, np.zeros(d), a), np.zeros(d)
-    found = tick.loads_function(machine).map(len(x))(machine.theta, z.T, still, memory, a.T, u.T)
-    return np.array(found).max(axis=1)
+    return np.array(poses), machine.coordinates(poses)
 
 
-def load_gain(machine) -> float:
+@lru_cache(maxsize=64)
+def _load_rows(shape: Shape):
+    return compile_rows(tick.loads_function(shape.part))
+
+
+def load_gain(machine, friction: float = 1.0) -> float:
     """How much of a change of the acceleration comes back through loads and breakaway friction, at home; below 1.
 
     A bound: the sum over the struts of |M^-1 J' e_i| times the slope of that strut's breakaway friction, in the metric
-    of the mass matrix.
+    of the mass matrix; for `friction` times the friction.
     """
     if not (machine.friction and machine.friction.loaded):
         return 0.0
-    n, d = machine.joints_count, len(machine.velocities)
-    rest, memory = np.zeros(d), np.zeros(machine.memory_count)
-    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, _home(machine), rest, memory, rest, np.zeros(n)))
-    law = machine.friction
-    mu = np.broadcast_to(law.coulomb if law.static is None else law.static, n)
+    n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
+    z, law = machine.coordinates(machine.home), machine.friction
+    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))
+    mu = friction * np.broadcast_to(law.coulomb if law.static is None else law.static, n)
     L = np.linalg.cholesky(machine.mass_matrix(machine.home))
     push = np.linalg.solve(L, machine.jacobian(machine.home).T)  # columns: what a newton in a strut does
     back = np.linalg.solve(L, slopes[:n].T)  # columns: how its normal force follows the acceleration
@@ -105,8 +124,10 @@ def _load_slopes(shape: Shape) -> ca.Function:
     return ca.Function("slopes", [theta, z, v, mem, vd, u], [ca.jacobian(machine.loads_of(p, z, v, vd, mem, u), vd)])
 
 
-def choose_substeps(machine, period: float, given: int | None = None) -> int:
+def choose_substeps(machine, period: float, given: int | None = None, friction: float = 1.0) -> int:
     """Sub-steps a sample: those given, checked, or as many as the fastest pole asks for.
+
+    `friction` is how many times its friction the machine may come to have.
 
     Raises
     ------
@@ -118,15 +139,16 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
         check_loads(machine)
     except InputError as error:
         raise ExperimentError(problems=error.problems) from None
-    gain = load_gain(machine)
+    grown = f"with {friction:.4g} times the friction, " if friction != 1 else ""
+    gain = load_gain(machine, friction)
     if not gain < 1:
         raise ExperimentError(
-            "friction grows faster with the acceleration than the drives push: the struts may jam",
+            f"{grown}friction grows faster with the acceleration than the drives push: the struts may jam",
             key="friction.static" if machine.friction.static is not None else "friction.coulomb",
             value=f"a gain of {gain:.3g} from acceleration to friction to acceleration, at home", limit="1",
             cure="lower the coefficients, or let the tubes overlap more (strut.sleeve, strut.tube)",
         )  # fmt: skip
-    pole = fastest_pole(machine)
+    pole = fastest_pole(machine, friction)
     stable = LEAPFROG if machine.memory_count else RK4_REAL
     # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
     needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (stable / 3)))
@@ -136,7 +158,7 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
     if pole * h >= stable:
         least = math.floor(pole * period / stable) + 1
         raise ExperimentError(
-            f"{given} sub-steps of {h * 1e3:.4g} ms cannot follow the plant's fastest pole",
+            f"{grown}{given} sub-steps of {h * 1e3:.4g} ms cannot follow the plant's fastest pole",
             key="run.substeps",
             value=f"pole x step = {pole * h:.3g}",
             limit=f"{stable}",
@@ -145,40 +167,21 @@ def choose_substeps(machine, period: float, given: int | None = None) -> int:
     return given
 
 
+def substeps_of(true, plant, duration: float, run) -> int:
+    """Sub-steps a sample for a run of `duration` s on a plant whose machine is `true`, as the [run] table asks.
+
+    Raises
+    ------
+    ExperimentError
+        as `choose_substeps`, for the most friction that the plant comes to have.
+    """
+    most = max(1.0, scale(plant.friction_drift, duration))
+    return choose_substeps(true, run.period, run.substeps, most)
+
+
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
     """Of the linearised closed loop at home and rest, per sample of the law, which is bound by `law.on`."""
     return float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
-
-
-def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
-    """Eigenvalues of the sampled closed loop at home and rest, without friction: one a state, the law's included."""
-    quiet = machine.frictionless().replace(drive=machine.drive.perfect())
-    rest = tick.rest_row(quiet, quiet.home)
-    u0 = quiet.inverse_dynamics(quiet.home, *np.zeros((2, len(quiet.task))))
-    state = law.init(rest, u0)
-    schedule = tick.build(quiet, law, state, rest, period, substeps)
-    fixed = {"theta_plant": quiet.theta, "theta_law": law.theta, "wrench": np.zeros(6), "reference": flatten(rest)}
-    states = {name: value for name, value in tick.first_states(schedule, _home(quiet), state, u0).items() if value.size}
-    names, sizes = list(states), [value.size for value in states.values()]
-    symbols = [ca.MX.sym(name, size) for name, size in zip(names, sizes, strict=True)]
-    values = {name: ca.MX(ca.DM(value)) for name, value in fixed.items()}
-    values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
-    values |= dict(zip(names, symbols, strict=True))
-    every = max(task.every for task in schedule.tasks)
-    for k in range(every):
-        for task in (*schedule.tasks, *(schedule.substep * substeps)):
-            if k % task.every == 0:
-                out = task.function(*[values[name] for name in task.reads])
-                values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
-    step = ca.Function("step", symbols, [ca.vertcat(*[values[name] for name in names])])
-    x0 = np.concatenate([states[name] for name in names])
-    cut = np.cumsum(sizes)[:-1]
-    scale = 1e-6 * np.maximum(np.abs(x0), 1e-2)
-    columns = [
-        np.array(step(*np.split(x0 + d, cut)) - step(*np.split(x0 - d, cut))).ravel() / (2 * d.max())
-        for d in np.diag(scale)
-    ]
-    return np.linalg.eigvals(np.stack(columns, -1))
 
 
 def check_loop(machine, law, period, substeps, strict: bool = False, notes: Notes | None = None) -> float | None:
@@ -204,7 +207,3 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
             raise ExperimentError(rule, key="controller", value=value, limit="1", cure=cure)
         (Notes() if notes is None else notes).warn(f"{rule}: {value}; {cure}", StabilityWarning)
     return radius
-
-
-def _home(machine):
-    return np.array(ca.DM(machine.coordinates_of(ca.DM(machine.home)))).ravel()

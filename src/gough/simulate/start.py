@@ -10,8 +10,9 @@ from ..errors import ExperimentError
 from ..frames import quaternion_of_abc_np
 from ..kernel import Schedule
 from ..program.reference import Reference
-from . import faults, joints, observed, tick
-from .trip import Trip, where_in, with_trip
+from . import drift, faults, joints, supervise, tick
+from .supervise import Supervision
+from .trip import where_in, with_trip
 
 
 class Start(NamedTuple):
@@ -38,41 +39,47 @@ def at_rest(believed, true, law, wrench, row: Reference) -> Start:
 
 
 def schedule_of(
-    true, law, state, row: Reference, period: float, substeps: int, count: int, trip: Trip | None, signals=None,
-    observer=None,
+    believed, true, law, state, row: Reference, period: float, substeps: int, count: int, asked: Supervision,
+    signals=None, drifts: bool = False,
 ) -> Schedule:  # fmt: skip
-    """The tick of `tick.build`, with `count` faults of encoders, the following-error trip, forces in the joints where
-    `signals` asks for them, and an observer."""
+    """The tick of `tick.build`, with `count` faults of encoders, the supervision that is asked for, friction that
+    drifts, and forces in the joints where `signals` asks for them."""
     schedule = tick.build(true, law, state, row, period, substeps)
     schedule = joints.with_reactions(schedule, true, joints.asked(signals))
-    schedule = observed.with_observer(schedule, observer)
     n = true.joints_count
-    if trip is not None:
+    if asked.ends_at_once is not None:
         schedule = with_trip(schedule, n, *where_in(row))
-    return faults.with_faults(schedule, n, count) if count else schedule
+    schedule = supervise.with_supervision(schedule, believed, asked)
+    schedule = faults.with_faults(schedule, n, count) if count else schedule
+    return drift.with_drift(schedule, true) if drifts else schedule
 
 
-def parameters(true, law, plant, period: float, count: int, trip: Trip | None, observer=None) -> dict[str, np.ndarray]:
+def parameters(
+    believed, true, law, plant, period: float, count: int, asked: Supervision, drifts: bool = False
+) -> dict[str, np.ndarray]:
     """The parameters of one run of that schedule."""
     found = {"theta_plant": true.theta, "theta_law": law.theta, "wrench": plant.wrench}
-    if trip is not None:
-        found["trip"] = np.array(trip)
-    found |= observed.parameters(observer)
+    if asked.ends_at_once is not None:
+        found["trip"] = np.array(asked.trip)
+    found |= supervise.parameters(believed, asked)
     if count:
         found["faults"] = faults.numbers(plant.faults, count, period)
+    if drifts:
+        found["friction_drift"] = np.array([plant.friction_drift or 0.0])
     return found
 
 
-def states(schedule: Schedule, start: Start, row: Reference, observer=None) -> dict[str, np.ndarray]:
+def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.ndarray]:
     """The states at rest of one run of that schedule."""
-    found = tick.first_states(schedule, start.z, start.law, start.u) | observed.states(observer, row.x)
+    found = tick.first_states(schedule, start.z, start.law, start.u) | supervise.states(schedule, row, start.u)
     return found | ({"held": row.q} if "held" in found else {})
 
 
-def inputs(reference: Reference, k: int, count: int) -> dict[str, np.ndarray]:
+def inputs(reference: Reference, k: int, schedule: Schedule) -> dict[str, np.ndarray]:
     """The tables of samples k ..., for that schedule."""
     found = {"reference": np.concatenate(reference, axis=1)}
-    return found | ({"clock": np.arange(k, k + len(reference.x), dtype=float)} if count else {})
+    timed = "clock" in schedule.by_name
+    return found | ({"clock": np.arange(k, k + len(reference.x), dtype=float)} if timed else {})
 
 
 def check_faults(plant, machine, key: str = "plant.faults") -> int:

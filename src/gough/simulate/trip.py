@@ -61,6 +61,9 @@ def trip_of(machine, ferror: float | None, min_ferror: float | None) -> Trip | N
     return Trip(min_ferror, ferror / machine.limits.speed)
 
 
+CURE = "look for what holds or moves the joint or its encoder, lower the feed, or allow a larger ferror"
+
+
 @lru_cache(maxsize=64)
 def with_trip(schedule: Schedule, n: int, q_r: int, qd_r: int) -> Schedule:
     """The schedule with n more limits, eq. (1), whose numbers are the parameter "trip" (2,), a Trip.
@@ -96,5 +99,5 @@ def tripped(machine, trip: Trip, joint: int, qd_r: float, stop, place: str | Non
         value=f"{(allowed - stop.value) * 1e3:.6g} mm",
         limit=f"{allowed * 1e3:.6g} mm",
         time=stop.time,
-        cure="look for what holds or moves the joint or its encoder, lower the feed, or allow a larger ferror",
+        cure=CURE,
     )

@@ -1,0 +1,121 @@
+"""A closed loop at rest as a discrete linear system: one sample of the law, linearised.
+
+The tick itself (tick.py), sense, control, drive and the plant's sub-steps, taken over one sample of the law without
+encoder counts and torque limits, and without friction: neither the plant's nor what the law does against it.  Central
+differences at rest give
+
+    s[k+1] = A s[k] + B d_r[k],   d[k] = C s[k]                                                                    (1)
+
+d_r = [dp; rotation vector] in axes of W is the displacement of the reference pose while the rates of the reference
+stay 0, d that of the tool when the sample is taken; s holds every state of the tick: coordinates, velocities, the law's
+states, forces that wait in a delay.  What a sample leaves as it is, and what adaptation learns where it is frozen, is
+no state.
+
+In the continuous limit, for a law that knows the machine, d/d_r of each axis is
+
+    computed torque     (K_P s + K_I) / (s^3 + K_D s^2 + K_P s + K_I)                                              (2)
+    sliding surface     L k / (s^2 + (L + k) s + L k)            L its slope, k = K_D / M                          (3)
+
+(V_r = 0 in both: what is fed forward of a moving reference adds nothing here.)
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from ..declare import Shape
+from ..kernel.pack import fields, flatten
+from ..machine.arrays import column
+from . import tick
+from .drift import scaled
+from .linear import StateSpace, plant_jacobians
+
+STEP = 1e-6  # of the differences, m, rad and relative: errors of 1e-12 by curvature, 1e-10 by rounding
+NOTHING = 1e-9  # factor on friction that a law believes in: laws with bristles refuse none at all
+
+
+def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool = True) -> StateSpace:
+    """The loop of `law` on `machine` at rest at the pose x (d,) (default: home) as A, B, C, D a sample, eq. (1).
+
+    Input: displacement of the reference, [dp; rotation vector] in axes of W, (d,) m and rad; output: that of the tool.
+    One step is `law.period`, a multiple of `period`, which has `substeps` steps of the plant.  `frozen`: what an
+    adaptive law learns stays as it is at the start.
+    """
+    x = machine.home if x is None else column(x, len(machine.task), "pose")
+    loop = Loop(machine, law.on(machine, period), period, substeps, x)
+    A, B = loop.jacobians()
+    C = np.zeros((B.shape[1], len(A)))
+    C[:, loop.rows["z"]] = np.linalg.pinv(loop.S)  # dz = S d
+    # 1e-8: a hundred times the rounding of the differences
+    constant = (np.abs(A - np.eye(len(A))).max(1) < 1e-8) & (np.abs(B).max(1) < 1e-8)
+    kept = ~(constant | loop.learned if frozen else constant)
+    return StateSpace(A[np.ix_(kept, kept)], B[kept], C[:, kept], np.zeros((len(C), B.shape[1])))
+
+
+def loop_eigenvalues(machine, law, period: float, substeps: int) -> np.ndarray:
+    """Eigenvalues of A at home, one a state, with all states and adaptation going on; the law is bound by `law.on`."""
+    return np.linalg.eigvals(Loop(machine, law, period, substeps, machine.home).jacobians(inputs=False)[0])
+
+
+class Loop:
+    """One sample of the tick as a function of states and reference, and the point at rest."""
+
+    def __init__(self, machine, law, period: float, substeps: int, x):
+        self.machine = machine.frictionless().replace(drive=machine.drive.perfect())
+        if law.machine is not None and law.machine.friction is not None:
+            law = law.replace(machine=scaled(law.machine, NOTHING))
+        self.law, self.x, self.rest = law, x, tick.rest_row(self.machine, x)
+        u0 = self.machine.inverse_dynamics(x, *np.zeros((2, len(x))))
+        self.state = law.init(self.rest, u0)
+        schedule = tick.build(self.machine, law, self.state, self.rest, period, substeps)
+        z = self.machine.coordinates(x)
+        states = tick.first_states(schedule, z, self.state, u0)
+        self.states = {name: value for name, value in states.items() if value.size}
+        cuts = np.cumsum([0, *(value.size for value in self.states.values())])
+        self.rows = {name: slice(a, b) for name, a, b in zip(self.states, cuts[:-1], cuts[1:], strict=True)}
+        self.step = self._step(schedule, substeps)
+        still = np.zeros(len(self.machine.velocities))
+        rates, _, _, shown = plant_jacobians(Shape(self.machine))(self.machine.theta, z, still, [], u0, [])
+        self.S = np.array(rates)[: len(z), len(z) :]  # z' = S v
+        self.T = np.array(shown) @ self.S  # task coordinates of a displacement
+
+    def _step(self, schedule, substeps: int) -> ca.Function:
+        """(s; reference) -> s a sample later."""
+        size, r0 = self.rows[next(reversed(self.rows))].stop, flatten(self.rest)
+        both = ca.MX.sym("both", size + len(r0))
+        values = {name: ca.MX(ca.DM(value)) for name, value in (
+            ("theta_plant", self.machine.theta), ("theta_law", self.law.theta), ("wrench", np.zeros(6)),
+        )}  # fmt: skip
+        values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
+        values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
+        for k in range(max(task.every for task in schedule.tasks)):
+            for task in (*schedule.tasks, *(schedule.substep * substeps)):
+                if k % task.every == 0:
+                    out = task.function(*[values[name] for name in task.reads])
+                    values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
+        return ca.Function("step", [both], [ca.vertcat(*[values[name] for name in self.states])])
+
+    def jacobians(self, inputs: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """A (s, s) and B (s, d) of eq. (1), with all states; B (s, 0) without `inputs`."""
+        s0, r0 = np.concatenate(list(self.states.values())), flatten(self.rest)
+        small = STEP * np.maximum(np.abs(s0), 1e-2)
+        moved = np.pad(np.diag(small), ((0, 0), (0, len(r0))))
+        plus, minus, at = [], [], np.concatenate([s0, r0])
+        for sign, points in ((1, plus), (-1, minus)):
+            points += list(at + sign * moved)
+            for dx in STEP * self.T.T if inputs else ():
+                points.append(np.concatenate([s0, flatten(tick.rest_row(self.machine, self.x + sign * dx))]))
+        after = np.array(self.step.map(2 * len(plus))(np.array(plus + minus).T))
+        half = len(plus)
+        slopes = (after[:, :half] - after[:, half:]) / (2 * np.r_[small, np.full(half - len(small), STEP)])
+        return slopes[:, : len(s0)], slopes[:, len(s0) :]
+
+    @property
+    def learned(self) -> np.ndarray:
+        """Which states adaptation moves.  (s,) bool."""
+        found, start = np.zeros(sum(value.size for value in self.states.values()), bool), self.rows["law"].start
+        for name, where in fields(self.state).items():
+            if name.partition(".")[0] in self.law.adapted:
+                found[start + where.start : start + where.stop] = True
+        return found
