@@ -31,15 +31,18 @@ _PUBLIC = {
     "Polyline": "program",
     "Spline": "program",
     "PID": "control.pid",
+    "AxisPD": "control.axis_pd",
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
     "DisturbanceObserver": "observe.disturbance",
+    "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
+    "identify": "identify.fit",
     "report": "report",
     "monitor": "monitor",
     "export": "export",
@@ -48,7 +51,7 @@ _PUBLIC = {
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "monitor", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "identify", "report", "monitor", "export")  # packages that are also called
 
 __all__ = [*_PUBLIC]
 

@@ -31,7 +31,7 @@ FLOORS = [
     {"log"},
     {"simulate"},
     {"report", "export"},
-    {"monitor"},
+    {"monitor", "identify"},
     {"study"},
     {"experiment"},
     {"cli"},

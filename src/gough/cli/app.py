@@ -4,12 +4,13 @@
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
     gough monitor LOG    the force on the tool out of a recorded log
+    gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
     gough export M       a machine for another program
     gough machines, show, new
 
 Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-check, reproduce, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
+    gough machines, show, new
 """
 
 from __future__ import annotations
@@ -187,6 +188,38 @@ def reproduce(
         reproduce_papers(paper, campaign, out, force, quiet or json, outcome)
 
     return finish("reproduce", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def identify(
+    log: Annotated[Path, typer.Argument(help="A log (.nc) with q_m and u.")],
+    machine: Annotated[
+        str, typer.Option("--machine", "-m", help="The library machine or data sheet (.toml) that was logged.")
+    ],
+    free: Annotated[
+        list[str] | None,
+        typer.Option("--free", help="Parameters sought (platform, friction.coulomb); may be repeated.  [default: all]"),
+    ] = None,
+    friction: Annotated[
+        str, typer.Option("--friction", help="Kinds estimated: coulomb, viscous, offset; or none; or known.")
+    ] = "coulomb,viscous",
+    cutoff: Annotated[str, typer.Option("--cutoff", help="Of the low-pass filter; none: no filter.")] = "20 Hz",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """What a log says of a machine's parameters: values, deviations, and what the motion could not show."""
+
+    def work(outcome: Outcome) -> None:
+        from .identify import identify_log
+
+        identify_log(log, machine, free, friction, cutoff, out, force, quiet, outcome)
+
+    return finish("identify", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")

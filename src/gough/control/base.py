@@ -1,7 +1,11 @@
-"""What every control law is: numbers, `init` and `step`.
+"""What every control law is: numbers, `init` and `step`, and `tasks` where not all of it runs at one rate.
 
     state = law.init(r0, u0)                               NumPy; u0 the joint forces at rest
+    state = task.step(state, r, y, theta)                  every task of law.tasks() that is due, in their order
     command, state = law.step(state, r, y, theta)          symbolic and pure; theta as law.theta
+
+A task runs at a multiple of the law's period, at sample 0 and every `period` seconds after, on the State, Reference and
+Measurement that `step` gets a moment later: what it leaves in the State, `step` finds there, until it is due again.
 
 The first step gives u0 when r = r0 and q = q(r0): a law starts without a bump.  `r` is a program.reference.Reference,
 `y` a Measurement.  A law believes a machine (`law.machine`); what is true is the Plant's business.  Laws act on twists
@@ -16,6 +20,7 @@ forty times slower, and the run says so.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
@@ -36,6 +41,14 @@ class Command(NamedTuple):
     """What the controller asks for."""
 
     u: Any  # joint forces, (n,) N
+
+
+class Task(NamedTuple):
+    """A part of a law with a period of its own; `law.<name>_period`, where it is a number of the law."""
+
+    name: str
+    period: float  # s, a multiple of the law's
+    step: Callable  # (state, r, y, theta) -> next state, symbolic and pure
 
 
 class Controller(Part):
@@ -59,6 +72,14 @@ class Controller(Part):
     @abstractmethod
     def step(self, state, r, y, theta) -> tuple[Command, Any]:
         """The command of one sample and the next state, symbolic and pure; theta as `self.theta`."""
+
+    def tasks(self) -> tuple[Task, ...]:
+        """What runs at multiples of `period`, before `step` and in this order.  Which there are hangs on no number."""
+        return ()
+
+    def doubts(self) -> tuple[str, ...]:
+        """What a run with this law, bound by `on`, should warn of, numbers included."""
+        return ()
 
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""

@@ -21,6 +21,8 @@ In the continuous limit, for a law that knows the machine, d/d_r of each axis is
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 
@@ -39,7 +41,8 @@ def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool
     """The loop of `law` on `machine` at rest at the pose x (d,) (default: home) as A, B, C, D a sample, eq. (1).
 
     Input: displacement of the reference, [dp; rotation vector] in axes of W, (d,) m and rad; output: that of the tool.
-    One step is `law.period`, a multiple of `period`, which has `substeps` steps of the plant.  `frozen`: what an
+    One step is `law.period`, a multiple of `period`, which has `substeps` steps of the plant; of a law with tasks it is
+    the time after which all are due together again (law_tasks.cycle), the reference held over it.  `frozen`: what an
     adaptive law learns stays as it is at the start.
     """
     x = machine.home if x is None else column(x, len(machine.task), "pose")
@@ -89,7 +92,7 @@ class Loop:
         )}  # fmt: skip
         values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
         values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
-        for k in range(max(task.every for task in schedule.tasks)):
+        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
             for task in (*schedule.tasks, *(schedule.substep * substeps)):
                 if k % task.every == 0:
                     out = task.function(*[values[name] for name in task.reads])

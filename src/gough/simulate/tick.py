@@ -1,6 +1,7 @@
 """One sample of a digital controller on a machine, as a kernel schedule.
 
     sense     q, q' of the plant; encoder; friction, for the log
+    law ...   those of the law's tasks that are due in this sample
     control   the law's step: pose and speed from the encoder, force
     drive     delay, limit
     plant     `substeps` times: the forces in the joints that scale friction, from the acceleration of the sub-step
@@ -21,15 +22,15 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ..control.base import Controller, Measurement
+from ..control.base import Controller
 from ..declare import Shape
-from ..errors import InputError
 from ..frames import rotation_of_abc_np
-from ..kernel import Schedule, Signal, Task, period_ticks
-from ..kernel.pack import flatten, names, symbols, unflatten
+from ..kernel import Schedule, Signal, Task
+from ..kernel.pack import flatten, names
 from ..machine.base import Machine
 from ..mechanics.linear import solve_spd
 from ..program.reference import Reference
+from . import law_tasks
 from .drive import drive, encoder
 
 LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
@@ -38,20 +39,18 @@ LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Schedule:
     """The schedule for the true `machine` under `law` whose first state is `state`.
 
-    `period` is that of the plant's sample; the law may tick at a multiple of it (`law.period`).  `reference` is any
-    row; of it, and of `state`, only names and sizes matter, of machine and law only the structure.
+    `period` is that of the plant's sample; the law may tick at a multiple of it (`law.period`), and its tasks at
+    multiples of that.  `reference` is any row; of it, and of `state`, only names and sizes matter, of machine and law
+    only the structure.
 
     Raises
     ------
     InputError
-        the law's period is no multiple of `period`.
+        the law's period is no multiple of `period`, or that of one of its tasks none of the law's.
     """
-    try:
-        every = period_ticks(law.period, period)
-    except InputError as error:
-        raise error.at(key="controller.period") from None
+    rates = law_tasks.rates(law, period)
     made = _built if law.symbolic else _built.__wrapped__  # a function of Python's belongs to this very law
-    return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, every)
+    return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, rates)
 
 
 class _Template:
@@ -69,7 +68,13 @@ class _Template:
 
 @lru_cache(maxsize=64)
 def _built(
-    machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int, every: int
+    machine: Shape,
+    law: Shape,
+    state: _Template,
+    reference: _Template,
+    period: float,
+    substeps: int,
+    rates: tuple[int, ...],
 ) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
@@ -90,7 +95,7 @@ def _built(
         Signal("waiting", n, "state", machine.joint_names),
         *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "saturated")),
         Signal(
-            "u_c", n, "wire" if every == 1 else "state", machine.joint_names
+            "u_c", n, "wire" if rates[-1] == 1 else "state", machine.joint_names
         ),  # kept between the ticks of a slower law
         *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
         *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
@@ -109,13 +114,7 @@ def _built(
             ("theta_plant", "z", "v", "memory", *held) + (("noise",) if noisy else ()),
             ("q", "qd", "q_m", "friction"),
         ),
-        Task(
-            "control",
-            _control(law, state, reference, n),
-            ("theta_law", "law", "reference", "q_m", "u"),
-            ("u_c", "law"),
-            every,
-        ),
+        *law_tasks.tasks(law, state, reference, n, rates),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
     return Schedule(
@@ -206,23 +205,6 @@ def _sense(machine, noisy):
     friction = machine.strut_friction(p, qd, mem, loads)
     inputs = [theta, z, v, mem] + ([loads] if machine.load_count else []) + ([normal] if noisy else [])
     return ca.Function("sense", inputs, [q, qd, encoder(machine, p, q, normal), friction])
-
-
-def _control(law, state, reference, n):
-    if not law.symbolic:
-
-        def control(theta, s, r, q_m, u):
-            command, after = law.step(unflatten(state, s), unflatten(reference, r), Measurement(q_m, u), theta)
-            return np.asarray(command.u, float), flatten(after)
-
-        return control
-    theta = ca.SX.sym("theta", len(law.theta))
-    s, r = symbols(state), symbols(reference)
-    y = Measurement(ca.SX.sym("q_m", n), ca.SX.sym("u", n))
-    command, after = law.step(s, r, y, theta)
-    # a state the law hands on unchanged and numbers it puts in both pass through flatten
-    after = unflatten(state, ca.SX(flatten(after)))
-    return ca.Function("control", [theta, flatten(s), flatten(r), y.q, y.u], [command.u, flatten(after)])
 
 
 def _drive(machine, n):
