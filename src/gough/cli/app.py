@@ -9,8 +9,8 @@
     gough export M       a machine for another program
     gough machines, show, new
 
-Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-    gough machines, show, new
+Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in the module
+of its name; it is imported when it is called, so that `gough --help` stays quick.
 """
 
 from __future__ import annotations
