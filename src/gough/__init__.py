@@ -37,6 +37,7 @@ _PUBLIC = {
     "FuzzyFriction": "control.fuzzy_friction",
     "DisturbanceObserver": "observe.disturbance",
     "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
+    "EquivalentError": "control.equivalent_error",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "linearize": "simulate.linear",

@@ -10,7 +10,6 @@ import gough as gk
 from gough.control.base import Measurement
 from gough.errors import ExperimentError, InputError
 from gough.kernel.pack import flatten, unflatten
-from gough.observe.forward import pose_error
 from gough.simulate import tick
 
 PERIOD = 1e-3
@@ -57,7 +56,7 @@ def moving(machine, law, seed=0):
     u0 = machine.inverse_dynamics(x, np.zeros(6), np.zeros(6))
     state = law.init(rest, u0)._replace(started=np.zeros(6))
     z0 = state.observer.pose
-    z1 = np.array(ca.DM(machine.normalised(machine.stepped(ca.DM(z0), ca.DM(twist * law.period))))).ravel()
+    z1 = np.array(ca.DM(machine.normalised(machine, machine.stepped(ca.DM(z0), ca.DM(twist * law.period))))).ravel()
     p = machine  # numbers in the places of symbols
     q1 = np.array(ca.evalf(ca.SX(machine.joints_of(p, ca.SX(ca.DM(z1)))))).ravel()
     x_r = x + np.concatenate([twist[:3] * law.period, np.zeros(3)]) + rng.normal(size=6) * 1e-4
@@ -88,7 +87,7 @@ def test_without_learning_and_sliding_it_is_computed_torque(nist):
         law = law.replace(K_D=k * M)
         u, _ = stepped(law, state, r, y)
 
-        e = number(machine, pose_error(ca.SX(ca.DM(r.x)), zs)).ravel()
+        e = number(machine, machine.target(machine, r._replace(x=ca.SX(ca.DM(r.x))), zs)[0]).ravel()
         sigma = r.xd + slope * e - V
         a = r.xdd + (slope + k) * (r.xd - V) + k * slope * e
         J = number(machine, machine.jacobian_of(machine, zs))
@@ -126,7 +125,7 @@ def test_what_is_learned_is_the_power_of_the_error(nist):
     state, r, y, z, V = moving(nist, law, 3)
     u, after = stepped(law, state, r, y)
     J = number(nist, nist.jacobian_of(nist, ca.SX(ca.DM(z))))
-    sigma = r.xd + 100.0 * number(nist, pose_error(ca.SX(ca.DM(r.x)), ca.SX(ca.DM(z)))).ravel() - V
+    sigma = r.xd + 100.0 * number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel() - V
     still = r._replace(qd=np.zeros(6))  # friction's normal force follows the estimates too, but is no part of f
     for j in range(9):
         h = 1e-4 * (np.arange(9) == j)

@@ -8,6 +8,7 @@ import numpy as np
 
 from gough import kernel as kernels
 from gough.simulate import observed, start, tick
+from gough.simulate.plant import Plant
 
 
 def pushed(machine, law, observer, wrench, plant=None, x=None, period=1e-3):
@@ -16,7 +17,7 @@ def pushed(machine, law, observer, wrench, plant=None, x=None, period=1e-3):
     x = machine.home if x is None else x
     law, observer = law.on(machine, period), observer.on(machine, period)
     row = tick.rest_row(machine, x)
-    first = start.at_rest(machine, true, law, wrench[0] * 0, row)
+    first = start.at_rest(machine, true, law, Plant(machine=true), row)
     schedule = observed.with_observer(tick.build(true, law, first.law, row, period, 4), observer)
     signals = [dataclasses.replace(s, kind="input") if s.name == "wrench" else s for s in schedule.signals]
     kernel = kernels.compile(dataclasses.replace(schedule, signals=tuple(signals)))

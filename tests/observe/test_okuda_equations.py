@@ -126,7 +126,7 @@ def test_the_observers_friction_is_eqs_11_to_13(machine, poses):
     for x, twist in zip(poses, directions(10), strict=True):
         where = at(m, x)
         Ld, v_B = lengths_rate(where, twist)
-        z0 = ca.DM(m.coordinates_of(ca.DM(x)))
+        z0 = ca.DM(m.coordinates_of(m, ca.DM(x)))
         on_twist = np.array(f(m.theta, z0, twist, np.zeros(6), np.zeros(6))).ravel()
         push = np.linalg.solve(m.jacobian(x).T, on_twist)
         expected = okuda.friction(where, v_B, np.linspace(80, 100, 6), t_0)

@@ -24,6 +24,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from ..declare import Part, quantity
 from ..machine.base import Machine
@@ -81,12 +82,26 @@ class Controller(Part):
         """What a run with this law, bound by `on`, should warn of, numbers included."""
         return ()
 
+    def standing(self) -> Controller:
+        """A law of the same linear loop that is defined at rest at home, for `simulate.stability`; itself for most."""
+        return self
+
+    def check_motion(self, motion, period: float) -> None:
+        """Refuse a motion that this law cannot follow, before it starts; most follow any."""
+
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""
         return self.replace(
             machine=self.machine if self.machine is not None else machine,
             period=self.period if self.period is not None else period,
         )
+
+
+def unknown_force(machine, r0, u0):
+    """What the joint forces u0 (n,) N do on v at rest at r0 beyond what the model of `machine` asks for.  (len(v),)."""
+    x0 = np.ravel(r0.x)
+    still = np.zeros(len(x0))
+    return machine.velocity_jacobian(x0).T @ (np.ravel(u0) - machine.inverse_dynamics(x0, still, still))
 
 
 def saturated(machine, p, u):

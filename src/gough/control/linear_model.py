@@ -39,7 +39,7 @@ def friction(f_c, f_v, qd, smoothing):
 def force_and_mass(machine, view, p, r, smoothing):
     """Psi p (n,) N and M_q (n, n) kg of eqs. (2), (3) on the reference r; `view` is that of `machine`."""
     pi, f_c, f_v = split(machine, p)
-    z = machine.coordinates_of(r.x)
+    z = machine.coordinates_of(view, r.x)
     J, (M, h) = machine.jacobian_of(view, z), machine.mass_and_bias(view, pi, z, r.xd)
     columns = solve_square_transposed(J, ca.horzcat(M @ r.xdd + h, M))
     M_q = solve_square_transposed(J, columns[:, 1:].T)
@@ -50,7 +50,7 @@ def shown(machine, view, count: int, r, w, smoothing):
     """Psi' w on the reference r, for w (n,): what each of the `count` parameters has to do with it.  (count,)."""
     p = ca.SX.sym("p", count)
     pi, f_c, f_v = split(machine, p)
-    z = machine.coordinates_of(r.x)
+    z = machine.coordinates_of(view, r.x)
     moved = solve_square(machine.jacobian_of(view, z), w)
     power = ca.dot(moved, machine.inverse_force(view, pi, z, r.xd, r.xdd))
     return ca.gradient(power + ca.dot(w, friction(f_c, f_v, r.qd, smoothing)), p)

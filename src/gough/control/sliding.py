@@ -38,7 +38,7 @@ from ..errors import ExperimentError, InputError, did_you_mean
 from ..mechanics.linear import solve_square_transposed
 from ..observe import forward
 from .adaptation import check_bounds, leak, learned
-from .base import Command, Controller, saturated
+from .base import Command, Controller, saturated, unknown_force
 
 # sigma' = -k sigma, held for a sample, its speed the mean of the last one: z^2 - z + k Ts (z + 1) / 2, and with a
 # sample of delay z^3 - z^2 + k Ts (z + 1) / 2, leave the unit circle at these k Ts
@@ -112,7 +112,7 @@ class SlidingLaw(Controller):
         for key in ("slope", "damping"):
             if np.ndim(getattr(law, key)) and len(getattr(law, key)) != d:
                 raise ExperimentError(f"must be one value or {d}", key=key, value=f"{len(getattr(law, key))} values")
-        M = machine.mass_matrix(machine.home)
+        M = machine.velocity_mass(machine.home)
         if law.K_D is None:
             root = np.sqrt(np.broadcast_to(law.damping, d))
             law = law.replace(K_D=root[:, None] * M * root, damping=None)
@@ -153,7 +153,7 @@ class SlidingLaw(Controller):
         """Which groups f is not linear in."""
         m, d = self.machine, len(self.machine.velocities)
         theta, factors = ca.SX.sym("theta", len(self.theta)), ca.SX.sym("factors", len(self.adapt))
-        z = ca.SX.sym("z", m.coordinates_of(ca.SX.sym("x", len(m.task))).shape[0])
+        z = ca.SX.sym("z", m.coordinate_count)
         V, A = ca.SX.sym("V", d), ca.SX.sym("A", d)
         f = self._force_at(self._believed(theta, factors), z, m.jacobian_of(self.at(theta).machine, z), V, A)
         return [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
@@ -212,10 +212,7 @@ class SlidingLaw(Controller):
 
     def init(self, r0, u0):
         """The state from which the first step gives u0 at r0."""
-        x0 = np.ravel(r0.x)
-        z0 = self.machine.coordinates(x0)
-        model = self.machine.inverse_dynamics(x0, np.zeros(len(x0)), np.zeros(len(x0)))
-        missing = self.machine.jacobian(x0).T @ (np.ravel(u0) - model)
+        z0, missing = self.machine.coordinates(np.ravel(r0.x)), unknown_force(self.machine, r0, u0)
         return self.state_type(forward.Pose(z0), np.ones(len(self.adapt)), *self.friction_start(), missing)
 
     state_type: ClassVar[type]
@@ -223,8 +220,8 @@ class SlidingLaw(Controller):
     def step(self, state, r, y, theta):
         p, m = self.at(theta), self.machine
         z, V, observer = forward.estimate(m, p.machine, state.observer, y.q, p.period)
-        e = forward.pose_error(r.x, z)
-        V_s, A_s = r.xd + p.slope * e, r.xdd + p.slope * (r.xd - V)
+        e, V_r, A_r = m.target(p.machine, r, z)
+        V_s, A_s = V_r + p.slope * e, A_r + p.slope * (V_r - V)
         sigma = V_s - V
         held = saturated(m, p.machine, y.u)
         step = p.period * (1 if held is None else 1 - ca.mmax(held))
@@ -232,7 +229,7 @@ class SlidingLaw(Controller):
         factors = ca.SX.sym("factors", len(self.adapt))
         believed, J = self._believed(theta, factors), m.jacobian_of(p.machine, z)
         f = self._force(believed, z, J, V, V_s, A_s)
-        taught = f if self.regressor == "actual" else self._force_at(believed, z, J, ca.SX(r.xd), ca.SX(r.xdd))
+        taught = f if self.regressor == "actual" else self._force_at(believed, z, J, ca.SX(V_r), ca.SX(A_r))
         power = ca.gradient(ca.dot(sigma, taught), factors) if self.adapt else ca.SX(0, 1)
         f, power = ca.substitute([f, power], [factors], [state.parameters])
         s_leak = leak(state.parameters, p.leakage_norm * np.sqrt(max(len(self.adapt), 1)), p.leakage)

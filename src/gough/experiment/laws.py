@@ -20,6 +20,7 @@ OWN = {
     "desired_torque_adaptive": "gough.control.desired_torque_adaptive:DesiredTorqueAdaptive",
     "robust_adaptive": "gough.control.robust_adaptive:RobustAdaptive",
     "fuzzy_friction": "gough.control.fuzzy_friction:FuzzyFriction",
+    "equivalent_error": "gough.control.equivalent_error:EquivalentError",
 }
 
 # what a law named on the command line starts with, where it needs a number: half of what both library machines bear
@@ -30,6 +31,7 @@ START = {
     "desired_torque_adaptive": {"pole": "100 1/s"},
     "robust_adaptive": {"slope": "100 1/s", "damping": "200 1/s"},
     "fuzzy_friction": {"slope": "100 1/s", "damping": "200 1/s"},
+    "equivalent_error": {},
 }
 
 

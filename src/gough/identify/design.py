@@ -122,8 +122,8 @@ def _rates(abc):
 
 def _limits(machine, x, xd, xdd, qd, force):
     """Names and values (m,) of all that must be >= 0, as shares of what each may be."""
-    p, z = machine, machine.coordinates_of(x)
-    z_home = machine.coordinates_of(ca.DM(np.asarray(machine.home, float)))
+    p, z = machine, machine.coordinates_of(machine, x)
+    z_home = machine.coordinates_of(machine, ca.DM(np.asarray(machine.home, float)))
     names, parts = [], []
     space = workspace_of(p, z)
     if space.numel():

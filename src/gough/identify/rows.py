@@ -160,7 +160,7 @@ def _load_rows(shape: Shape):
 def normal_forces(machine, p, x, xd, xdd):
     """The normal forces that scale the joints' friction on a motion, of the view `p`.  (n,) N, SX."""
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
-    return machine.friction_load(p, pi, machine.coordinates_of(x), xd, xdd)
+    return machine.friction_load(p, pi, machine.coordinates_of(p, x), xd, xdd)
 
 
 def _regressor(machine, x, xd, xdd, friction, sign=None) -> np.ndarray:

@@ -34,13 +34,14 @@ _NO_FORCE = 1e-6  # N; |N| is sqrt(N.N + this^2), so that a derivative exists wh
 
 
 class Reactions(NamedTuple):
-    """Forces in the joints, N, vectors in W.  The last three are None where the struts have no guide."""
+    """Forces in the joints, N, vectors in W; None where a machine has no such force."""
 
     platform_joint: Any  # (..., n, 3) on the strut, from the platform
     base_joint: Any  # (..., n, 3) on the strut, from the base
     mouth: Any = None  # (..., n, 3) on the tube, from the sleeve's mouth
     end: Any = None  # (..., n, 3) on the tube's end, from the sleeve
     normal: Any = None  # (..., n) |mouth| + |end|
+    multiplier: Any = None  # (..., m) of the closure, where coordinates depend on each other
 
 
 def motions(m, p, z, v, vd) -> list[StrutMotion]:
@@ -56,7 +57,7 @@ def reactions_of(m, p, pi, z, v, vd, net, held=None) -> Reactions:
     `net` (6,) N is drive less friction of the struts.  `held` = (|R_B|, |R_A|) (6,) each N turns on the friction of
     the joints, at these reactions; None leaves it out.
     """
-    bodies, columns = StrutBodies(pi), [[] for _ in Reactions._fields]
+    bodies, columns = StrutBodies(pi), [[] for _ in range(5)]
     for i, motion in enumerate(motions(m, p, z, v, vd)):
         n, l = motion.n, motion.l
         (f_m, t_m), (f_f, t_f) = bodies.wrenches(motion, p.gravity)

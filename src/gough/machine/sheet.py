@@ -27,6 +27,7 @@ SCHEMA = "gough-machine-1"
 KINDS = {  # imported when asked for
     "hexapod": "gough.machine.hexapod:Hexapod",
     "hexaglide": "gough.machine.hexaglide:Hexaglide",
+    "tripod": "gough.machine.tripod:Tripod",
 }
 
 

@@ -1,7 +1,7 @@
 """Forces that nothing but friction and encoders can feign: below them a monitor calls nothing an event.
 
-    B_k   = sum_i |J_ik| g(0)                                               friction of joints at rest               (1)
-    s_k   = c r / (sqrt(12) Ts^2) |row k of M J^-1|,   c^2 = sum_j h_j^2    an encoder's steps of r                  (2)
+    B_k   = sum_i |(T J')_ki| g(0)                                          friction of joints at rest               (1)
+    s_k   = c r / (sqrt(12) Ts^2) |row k of T M J^-1|,   c^2 = sum h_j^2    an encoder's steps of r                  (2)
     level = |B_f| + 6 |s_f|                                                 of the force, not the moment             (3)
 
 h is the answer of the observer's low pass to the second difference of one reading.  (1) is eq. (4) of
@@ -13,35 +13,29 @@ from __future__ import annotations
 import numpy as np
 
 from ..observe.disturbance import DisturbanceObserver
+from ..observe.recorded import Recorder
+from ..observe.wrench import tool_map_np
 
 SPREADS = 6.0
 
 
 def friction_level(observer: DisturbanceObserver, x) -> np.ndarray:
     """B of eq. (1) at the pose x (d,).  (6,) N, N m."""
-    machine = observer.machine
-    if machine.friction is None:
-        return np.zeros(6)
-    if machine.friction.loaded:
-        from ..observe.recorded import Recorder
-
-        q = machine.inverse_kinematics(x)[None]
-        return Recorder(observer, x).rows(q, np.zeros_like(q))["hidden"][0]
-    level = np.broadcast_to(machine.friction.coulomb, machine.joints_count)
-    return np.abs(machine.jacobian(x)).T @ level
+    q = observer.machine.inverse_kinematics(x)[None]
+    return Recorder(observer, x).rows(q, np.zeros_like(q))["hidden"][0]
 
 
 def noise_level(observer: DisturbanceObserver, x) -> np.ndarray:
     """s of eq. (2) at the pose x (d,), with the encoder's noise.  (6,) N, N m."""
-    machine, T = observer.machine, observer.period
+    machine, period = observer.machine, observer.period
     drive = machine.drive
     r = np.hypot((drive.encoder or 0.0) / np.sqrt(12), drive.noise or 0.0)
     if observer.form == "static":
         return np.zeros(6)
-    k = 1 - np.exp(-2 * np.pi * observer.bandwidth * T)
+    k = 1 - np.exp(-2 * np.pi * observer.bandwidth * period)
     h = np.convolve(k * (1 - k) ** np.arange(2000), [1, -2, 1])
-    rows = machine.mass_matrix(x) @ np.linalg.inv(machine.jacobian(x))
-    return np.sqrt((h**2).sum()) * r / T**2 * np.linalg.norm(rows, axis=1)
+    rows = tool_map_np(machine, x) @ machine.velocity_mass(x) @ np.linalg.inv(machine.velocity_jacobian(x))
+    return np.sqrt((h**2).sum()) * r / period**2 * np.linalg.norm(rows, axis=1)
 
 
 def default_level(observer: DisturbanceObserver, x) -> float:

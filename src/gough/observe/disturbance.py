@@ -8,8 +8,8 @@ One sample of period Ts, _ the sample before; pose z from the readings and V the
     d = h(z, 0) - J' (u - F) - F_p                               static form                                        (3)
     w+ = w + k (d - w),   k = 1 - exp(-2 pi f Ts)                                                                   (4)
 
-w is the force on the independent velocities, for a platform the wrench [f; m] on the tool at its tip, in W; f is the
-`bandwidth`; F and F_p are the frictions of observe/kinetic.py.
+w is the force on the independent velocities, for a platform the wrench [f; m] on the tool at its tip, in W (for the
+others observe/wrench.py makes one of it); f is the `bandwidth`; F and F_p are the frictions of observe/kinetic.py.
 
 (2) is the balance of momentum p = M V over one sample, p - p_ = Ts (J'(um - F) + F_p + M' V - h + w), in which the
 two M' V cancel; nothing is differentiated but the pose, and (4) answers a force as a first-order low pass behind a
@@ -38,6 +38,7 @@ from ..errors import InputError
 from ..machine.drives import force_limit
 from . import forward, kinetic
 from .base import Observer
+from .wrench import tool_map
 
 WAIT = 3  # samples that a bad one spoils behind it: (1) reaches back two, and the pose settles in one more
 
@@ -46,10 +47,10 @@ class State(NamedTuple):
     """What the observer remembers."""
 
     pose: forward.Pose
-    twist: Any  # V, (6,)
+    twist: Any  # V, as many as the machine has freedoms
     reading: Any  # last good readings, (n,) m
     force: Any  # last good forces, (n,) N
-    wrench: Any  # w, (6,) N, N m
+    load: Any  # w, on the velocities
     wait: Any  # samples until w follows again
     missed: Any  # samples since the last good reading
 
@@ -57,7 +58,7 @@ class State(NamedTuple):
 class Disturbance(NamedTuple):
     """What is found at a sample."""
 
-    wrench_hat: Any  # w, (6,) N, N m
+    wrench_hat: Any  # on the tool, (6,) N, N m
     hidden: Any  # what friction near rest may hide, (6,) N, N m: kinetic eq. (4)
     held: Any  # 1 where w is held from before
 
@@ -87,8 +88,6 @@ class DisturbanceObserver(Observer):
     def _fits(self):
         if self.machine is None:
             return self
-        if len(self.machine.velocities) != 6:
-            raise InputError("the disturbance observer needs a platform with six freedoms", key="machine")
         if self.base_torque is not None:
             if not hasattr(self.machine, "struts"):
                 raise InputError("only a machine of struts has base joints with a torque", key="base_torque")
@@ -103,11 +102,11 @@ class DisturbanceObserver(Observer):
         return bound if limit is None else bound.replace(greatest=float(limit) * bound.machine.joints_count)
 
     def init(self, x0) -> State:
-        """At rest at the pose x0 (6,), with no force known yet."""
-        z0 = np.array(ca.DM(self.machine.coordinates_of(ca.DM(np.ravel(x0))))).ravel()
-        u0 = self.machine.inverse_dynamics(np.ravel(x0), np.zeros(6), np.zeros(6))
-        q0 = self.machine.inverse_kinematics(np.ravel(x0))
-        return State(forward.Pose(z0), np.zeros(6), q0, u0, np.zeros(6), float(WAIT), 0.0)
+        """At rest at the pose x0 (d,), with no force known yet."""
+        m, x0 = self.machine, np.ravel(x0)
+        zero, none = np.zeros(len(m.task)), np.zeros(len(m.velocities))
+        q0, u0 = m.inverse_kinematics(x0), m.inverse_dynamics(x0, zero, zero)
+        return State(forward.Pose(m.coordinates(x0)), none, q0, u0, none, float(WAIT), 0.0)
 
     def step(self, state: State, y, good, theta):
         p, m = self.at(theta), self.machine
@@ -117,16 +116,17 @@ class DisturbanceObserver(Observer):
         driven = good > 0 if clipped is None else ca.logic_and(good > 0, ca.mmax(clipped) == 0)
         u = ca.if_else(driven, y.u, state.force)
         z, V, pose = forward.estimate(m, p.machine, state.pose, q, p.period)
-        d, doubt = self._balance(p, state, z, V, u)
+        T = tool_map(m, p.machine, z)
+        d, doubt = self._balance(p, state, z, V, u, T)
         sound = ca.logic_and(there, driven)
         if self.greatest is not None:
-            sound = ca.logic_and(sound, ca.norm_2((d - state.wrench)[:3]) <= p.greatest)
+            sound = ca.logic_and(sound, ca.norm_2((T @ (d - state.load))[:3]) <= p.greatest)
         wait = ca.if_else(sound, ca.fmax(state.wait - 1, 0), WAIT)
         follows = ca.logic_and(sound, state.wait <= 0)
         k = 1 - ca.exp(-2 * np.pi * p.bandwidth * p.period)
-        w = ca.if_else(follows, state.wrench + k * (d - state.wrench), state.wrench)
+        w = ca.if_else(follows, state.load + k * (d - state.load), state.load)
         after = State(pose, V, q, u, w, wait, ca.if_else(there, 0, state.missed + 1))
-        return Disturbance(w, doubt, 1 - follows), after
+        return Disturbance(T @ w, doubt, 1 - follows), after
 
     def _reachable(self, p, state: State, q):
         """Whether the joints can have come to q (n,) since the last good reading; 0 where q is no number."""
@@ -135,11 +135,11 @@ class DisturbanceObserver(Observer):
         most = self.machine.limits.speed * p.period * (1 + state.missed)
         return ca.mmin(ca.fabs(q - state.reading) <= most)
 
-    def _balance(self, p, state: State, z, V, u):
-        """d of eq. (2) or (3), and what friction may hide.  (6,), (6,)."""
+    def _balance(self, p, state: State, z, V, u, T):
+        """d of eq. (2) or (3), on the velocities, and what friction may hide of the wrench T makes of it, (6,)."""
         m, view = self.machine, p.machine
         pi = {key: value for key, (value, _) in m.inertial(view).items()}
-        zero = ca.SX.zeros(6)
+        zero = ca.SX.zeros(V.shape)
         if self.form == "momentum":
             at, v, a, um = state.pose.pose, (V + state.twist) / 2, (V - state.twist) / p.period, (u + state.force) / 2
             own = m.inverse_force(view, pi, at, v, a)
@@ -152,4 +152,4 @@ class DisturbanceObserver(Observer):
         net = um - kinetic.drive_friction(numbers, qd, p.rest)
         torque = None if self.base_torque is None else p.base_torque
         passive = kinetic.passive_friction(m, view, at, v, a, net, torque, p.rest)
-        return own - J.T @ net - passive, kinetic.hidden(numbers, J, qd, p.rest)
+        return own - J.T @ net - passive, kinetic.hidden(numbers, T @ J.T, qd, p.rest)

@@ -37,7 +37,7 @@ def explained(machine, p, x, V, Vd, qdd):
 
     `p` is the view of the believed `machine`; pose x, twist, twist rate and joint accelerations of the reference.
     """
-    z = machine.coordinates_of(x)
+    z = machine.coordinates_of(p, x)
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
     M, h = machine.mass_and_bias(p, pi, z, V)
     J = machine.jacobian_of(p, z)

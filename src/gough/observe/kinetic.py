@@ -10,9 +10,10 @@ on the platform joint: Okuda, Ibaraki, Kakino, Nakagawa, Matsushita 2006, eq. (1
 the strut, as their text has it; the printed one also has the part along it.  Below v_0 nobody knows the direction: the
 forces fade, and what may hide there is at most
 
-    D_k  = sum_i |J_ik| g(0) (1 - tanh^2(q'_i / v_0))                                                               (4)
+    D_k  = sum_i |(T J')_ki| g(0) (1 - tanh^2(q'_i / v_0))                                                          (4)
 
-on the k-th component of the force on the independent velocities.  docs/theory/disturbance.md derives (3) and (4).
+on the k-th component of the wrench on the tool, with T of observe/wrench.py.  docs/theory/disturbance.md derives (3)
+and (4).
 """
 
 from __future__ import annotations
@@ -38,12 +39,12 @@ def drive_friction(numbers, qd, rest):
     return level(numbers, qd) * ca.tanh(qd / rest) + numbers.viscous * qd
 
 
-def hidden(numbers, J, qd, rest):
-    """D of eq. (4), (len(v),): how much force unknown friction may hide or feign."""
+def hidden(numbers, TJ, qd, rest):
+    """D of eq. (4), (6,): how much force and moment unknown friction may hide or feign; `TJ` is T J' (6, n)."""
     if numbers is None:
-        return ca.SX.zeros(J.shape[1])
+        return ca.SX.zeros(6)
     faded = 1 - ca.tanh(qd / rest) ** 2
-    return ca.fabs(J).T @ (level(numbers, ca.SX.zeros(qd.shape)) * faded)
+    return ca.fabs(TJ) @ (level(numbers, ca.SX.zeros(qd.shape)) * faded)
 
 
 def passive_friction(machine, p, z, v, vd, net, base_torque, rest):

@@ -66,3 +66,22 @@ def _check_numbers(path):
 
 def _line(path, i):
     return int(path.line[i]) or None
+
+
+def check_upright(path, machine) -> None:
+    """Refuse a path that turns the tool, or takes a tool of its own, on a machine whose tilt follows from the place.
+
+    Raises
+    ------
+    ProgramError
+        with the first such line.
+    """
+    every = np.arange(len(path))
+    turning = (np.abs(path.angle_rate(every, np.zeros(len(path)))) > 0).any(1) | path.turning_at_rest
+    rules = (
+        (turning, f"{machine.name} cannot turn its tool: tilt and turn follow from the place", "leave A, B and C alone"),
+        (path.tool.any(1), f"a tool offset needs the axis of the tool, which {machine.name} tilts by itself", "leave G43 out"),
+    )
+    for bad, rule, cure in rules:
+        if bad.any():
+            raise ProgramError(rule, line=int(path.line[np.argmax(bad)]) or None, cure=cure)

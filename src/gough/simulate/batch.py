@@ -65,6 +65,8 @@ class Batch:
                 cure="run them one after the other, or write the step in CasADi's operations",
             )
         self.motion = program.plan(machine)
+        for law in {id(law): law for law in self.laws}.values():
+            law.check_motion(self.motion, run.period)
         self.ticks = self.motion.count(run.period)
         self._check_rows()
         self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
@@ -127,7 +129,7 @@ class Batch:
                     self.believed, true, law, plant, run.period, self.faults, self.asked, self.drifts
                 ) | observed.parameters(self.observer)
                 try:
-                    at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
+                    at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
                     known[key] = _Ready(substeps, parameters, None, error)
                 else:
@@ -228,7 +230,7 @@ class Batch:
         row = {name: out[..., where] for name, where in kernel.columns.items()}
         if "stopping" in row:
             book = stopped.held(book, row["stopping"][..., 0], run.stop_ramp, self.motion, k, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"], book)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         counted = np.broadcast_to(book.counted.reshape(n, -1), (n, len(live)))
         line = np.broadcast_to(book.line.reshape(n, -1), (n, len(live)))
         for j, lane in enumerate(live):

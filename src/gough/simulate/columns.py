@@ -41,20 +41,28 @@ def chosen(signals, state, machine, drifts: bool = False, more=()) -> set[str] |
     return set(signals)
 
 
+def tool_rows(row) -> np.ndarray:
+    """Position and quaternion of the true T in W among the kernel's signals.  (..., 7)."""
+    return row["tool"] if "tool" in row else row["z"]
+
+
 def columns(period, k, part, reference: Reference, row, book, contour, wrench, state, signals) -> dict[str, np.ndarray]:
     """The variables of samples k ..., thinned by the slice `part`; those of SHARED without the axis of the runs.
 
     `row` has the kernel's signals, `wrench` (6,) or (runs, 6) what acts on the tool.
     """
-    z = row["z"][part]
-    x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
+    z = tool_rows(row)[part]
     course = _course(reference, row, part)
-    x_r = course["x_r"][..., 3:]
-    x_r = x_r if x_r.ndim == z.ndim else x_r[:, None]
-    x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
+    if reference.x.shape[-1] == 3:
+        x = z[..., :3]
+    else:
+        x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
+        x_r = course["x_r"][..., 3:]
+        x_r = x_r if x_r.ndim == z.ndim else x_r[:, None]
+        x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
     found = {
         "t": (np.arange(k, k + len(row["z"]))[part]) * period,
-        "x": x, "xd": row["v"][part], "s_r": book.s[part],
+        "x": x, "xd": row.get("xd", row["v"])[part], "s_r": book.s[part],
         "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
         "wrench": np.broadcast_to(wrench, (len(z), *np.shape(wrench))),
     } | course  # fmt: skip

@@ -63,7 +63,7 @@ def ramp(machine, p, row, start: Origin, t, T):
     bent = cosine * speed * turn - ca.dot(turn, turn) * sine * v  # d2p / dtau2
     V = ca.vertcat(here * s, w * s)
     Vd = ca.vertcat(bent * s * s + here * sd, w * sd)
-    z0 = machine.coordinates_of(x)
+    z0 = machine.coordinates_of(p, x)
     z = ca.vertcat(z0[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(w * tau), z0[3:]))
     R = frames.rotation_of_quaternion(z[3:])
     abc = _near(frames.abc_of_rotation(R), start.x[3:])

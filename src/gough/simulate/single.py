@@ -38,6 +38,7 @@ class Single:
         self.law = controller.on(machine, run.period)
         self.observer = None if observer is None else observer.on(machine, run.period)
         self.motion = program.plan(machine)
+        self.law.check_motion(self.motion, run.period)
         self.ticks = self.motion.count(run.period)
         rows = -(-self.ticks // run.log_every)
         if rows > MOST_ROWS:
@@ -66,7 +67,7 @@ class Single:
         run, plant = self.run_part, self.plant
         self.asked = supervision_of(self.believed, run, trip_of(self.believed, run.ferror, run.min_ferror))
         self.faults = start.check_faults(plant, self.true)
-        first = start.at_rest(self.believed, self.true, self.law, plant.wrench, self.row)
+        first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         drifts = bool(plant.friction_drift)
         self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
@@ -114,7 +115,7 @@ class Single:
         book = self.motion.book(k, k + n, run.period)
         if "stopping" in row:
             book = stopped.held(book, row["stopping"][:, 0], run.stop_ramp, self.motion, k, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"], book)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         self.sums.update(
             contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
             counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],

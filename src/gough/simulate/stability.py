@@ -206,7 +206,7 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
         notes.warn(f"{law.kind}: {doubt}", LawWarning)
     if not law.symbolic:
         return None
-    radius = spectral_radius(machine, law, period, substeps)
+    radius = spectral_radius(machine, law.standing(), period, substeps)
     # the integrals and the kept command sit at 1 or below; 1e-6 is ten times the error of the differences
     if radius > 1 + 1e-6:
         growth = math.log(2) / math.log(radius) * law.period

@@ -6,7 +6,8 @@
     drive     delay, limit
     plant     `substeps` times: the forces in the joints that scale friction, from the acceleration of the sub-step
               before; half a step of the friction's memory with the velocity held, one RK4 step of the mechanics with
-              the memory held, half a step of the memory (Strang); then the quaternion is normalised
+              the memory held, half a step of the memory (Strang); then the quaternion is normalised, or what depends
+              on other coordinates pulled back to its closure
     limits    stroke, cones, det J
 
 The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact
@@ -80,7 +81,7 @@ def _built(
     n, v_count = machine.joints_count, len(machine.velocities)
     memory, loads = machine.memory_count, machine.load_count
     noisy = machine.drive.noise is not None
-    z_count = machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0]
+    z_count = machine.coordinate_count
     sizes = {"z": z_count, "v": v_count}
     signals = [
         Signal("theta_plant", len(machine.theta), "parameter", machine.names),
@@ -102,6 +103,9 @@ def _built(
     ]
     if noisy:
         signals.append(Signal("noise", n, "noise"))
+    seen = () if machine.pose_is_state else ("tool", "xd")
+    if seen:
+        signals += [Signal("tool", 7, "wire"), Signal("xd", len(machine.task), "wire")]
     if loads:
         signals += [Signal("acceleration", v_count, "state", machine.velocities), Signal("loads", loads, "state")]
     limit_names, limits = _limits(machine)
@@ -112,7 +116,7 @@ def _built(
             "sense",
             _sense(machine, noisy),
             ("theta_plant", "z", "v", "memory", *held) + (("noise",) if noisy else ()),
-            ("q", "qd", "q_m", "friction"),
+            ("q", "qd", "q_m", "friction", *seen),
         ),
         *law_tasks.tasks(law, state, reference, n, rates),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
@@ -123,7 +127,7 @@ def _built(
         _substep(machine, period / substeps),
         substeps,
         Task("limits", limits, ("theta_plant", "z"), ("limits",)),
-        LOGGED + ("law",) + (("memory",) if memory else ()),
+        LOGGED + ("law",) + (("memory",) if memory else ()) + seen,
         period,
     )
 
@@ -162,7 +166,7 @@ def rate(machine, p, z, v, memory, u, w, loads=None):
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
     M, h = machine.mass_and_bias(p, pi, z, v)
     J = machine.jacobian_of(p, z)
-    force = J.T @ (u - machine.strut_friction(p, J @ v, memory, loads)) + w - h
+    force = J.T @ (u - machine.strut_friction(p, J @ v, memory, loads)) + machine.wrench_of(p, z, w) - h
     if machine.load_count:
         force += machine.joint_friction(p, z, v, loads)
     return machine.rate(p, z, v), solve_spd(M, force)
@@ -171,7 +175,7 @@ def rate(machine, p, z, v, memory, u, w, loads=None):
 def symbols_of(machine):
     """View and theta of a machine, z, v and the friction's memory, as fresh symbols."""
     p, theta = machine.symbols
-    z = ca.SX.sym("z", machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0])
+    z = ca.SX.sym("z", machine.coordinate_count)
     return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", machine.memory_count)
 
 
@@ -204,7 +208,10 @@ def _sense(machine, noisy):
     qd = machine.jacobian_of(p, z) @ v
     friction = machine.strut_friction(p, qd, mem, loads)
     inputs = [theta, z, v, mem] + ([loads] if machine.load_count else []) + ([normal] if noisy else [])
-    return ca.Function("sense", inputs, [q, qd, encoder(machine, p, q, normal), friction])
+    out = [q, qd, encoder(machine, p, q, normal), friction]
+    if not machine.pose_is_state:
+        out += [ca.vertcat(*machine.tool_pose_of(p, z)), machine.task_rate_of(p, z, v)]
+    return ca.Function("sense", inputs, out)
 
 
 def _drive(machine, n):
@@ -233,8 +240,8 @@ def _substep(machine, h):
     )
     slopes = [ca.SX.sym(f"{name}{i}", y.shape) for i in range(4) for name, y in (("zd", z), ("vd", v))]
     z_next, v_next = (y + h / 6 * (a + 2 * b + 2 * c + d) for y, (a, b, c, d) in ((z, slopes[::2]), (v, slopes[1::2])))
-    ends = [machine.normalised(z_next), v_next] + ([(v_next - v) / h] if machine.load_count else [])
-    finish = ca.Function("finish", [z, v, *slopes], ends)
+    ends = [machine.normalised(p, z_next), v_next] + ([(v_next - v) / h] if machine.load_count else [])
+    finish = ca.Function("finish", [theta, z, v, *slopes], ends)
     given = ("memory", "u", "wrench", *held)
     stages = []
     for i, step in enumerate((None, half, half, full)):
@@ -246,7 +253,7 @@ def _substep(machine, h):
         Task(
             "finish",
             finish,
-            ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")),
+            ("theta_plant", "z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")),
             ("z", "v") + (("acceleration",) if machine.load_count else ()),
         )
     )
