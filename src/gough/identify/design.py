@@ -18,7 +18,8 @@ import numpy as np
 
 from .. import frames
 from ..machine.arrays import row_function
-from ..machine.base import Machine, force_limit
+from ..machine.base import Machine
+from ..machine.drives import force_limit
 from ..machine.workspace import random_poses, workspace_of
 from .base import base_parameters, sizes
 from .rows import Rows, friction_columns, loaded_kinds, normal_forces, rows_of_motion

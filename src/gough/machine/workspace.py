@@ -126,7 +126,7 @@ def beyond(machine, index: int, margin: float, place: str | None, time: float | 
 
 def condition(machine, J) -> np.ndarray:
     """Condition number of J (..., n, d), its rotation columns divided by the platform's radius (rms).  (...)."""
-    if J.shape[-1] == 3:
+    if J.shape[-1] in (1, 3):
         return np.linalg.cond(J)
     B = machine.joints.platform
     radius = np.sqrt(((B - B.mean(0)) ** 2).sum(-1).mean())

@@ -53,8 +53,9 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
     """
     z = tool_rows(row)[part]
     course = _course(reference, row, part)
-    if reference.x.shape[-1] == 3:
-        x = z[..., :3]
+    d = reference.x.shape[-1]
+    if d < 6:
+        x = z[..., :3] if d == 3 else row["z"][part][..., :d]  # an axis counts along its rail
     else:
         x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
         x_r = course["x_r"][..., 3:]
