@@ -20,7 +20,7 @@ from .study import Study
 # every paper of the toolbox: its name -> the package that has its STUDY, or None where it is not built yet
 PAPERS: dict[str, str | None] = {
     "garagic2004": "garagic2004",
-    "honegger1998": None,
+    "honegger1998": "honegger1998",
     "chen2008": None,
     "bouzgarrou2001": None,
     "okuda2006": None,
