@@ -106,9 +106,10 @@ def test_a_blow_is_a_collision_within_10_ms_and_a_cut_is_none(ideal):
     force = cut(n, rise=0.1, level=600.0, start=0.5, end=10.0)
     force[2000:2200, 2] += 3000.0
     watch = gk.monitor(as_log(ideal, circle(ideal, n, 0.05, 1.0, force)), ideal, collision=700.0, breakage=1e6)
-    starts = [event.start for event in watch.of("collision")]
-    assert len(starts) == 2, "the blow comes and goes"
-    assert 0 < starts[0] - 2.0 <= 0.010 and 0 < starts[1] - 2.2 <= 0.010
+    (blow,) = watch.of("collision")
+    assert 0 < blow.start - 2.0 <= 0.010, "and its end is no other one"
+    assert blow.end == pytest.approx(2.2, abs=0.03)
+    assert blow.peak == pytest.approx(3000, abs=150)
 
 
 @pytest.mark.full
@@ -191,6 +192,19 @@ def test_an_alarm_that_flickers_is_one():
         (pytest.approx(0.9), pytest.approx(0.949)),
     ]
     assert events.counts["alarm"] == 2
+
+
+def test_a_blow_on_top_of_a_blow_is_another_one():
+    events = Events(PERIOD, None, 100.0, None)
+    f = np.zeros((2000, 3))
+    f[500:1500, 0] = 200
+    f[1000:1200, 2] = -300
+    t = np.arange(2000) * PERIOD
+    for part in np.array_split(np.arange(2000), 13):
+        events.look(t[part], f[part], np.ones(len(part)))
+    events.finish()
+    assert [event.start for event in events.found] == [pytest.approx(0.5), pytest.approx(1.0)]
+    assert events.found[1].end == pytest.approx(1.499), "back at what was before the first"
 
 
 # -- the command --------------------------------------------------------------------------------------------------

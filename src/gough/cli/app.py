@@ -192,18 +192,25 @@ def reproduce(
 
 @app.command(rich_help_panel="Simulate")
 def identify(
-    log: Annotated[Path, typer.Argument(help="A log (.nc) with q_m and u.")],
+    log: Annotated[Path, typer.Argument(help="A log with q_m and u, or a recorded one: .csv, .parquet, .mat, .nc.")],
     machine: Annotated[
         str, typer.Option("--machine", "-m", help="The library machine or data sheet (.toml) that was logged.")
     ],
+    map_file: Annotated[Path | None, typer.Option("--map", help="A map (.toml) of a recorded log's columns.")] = None,
     free: Annotated[
         list[str] | None,
         typer.Option("--free", help="Parameters sought (platform, friction.coulomb); may be repeated.  [default: all]"),
     ] = None,
     friction: Annotated[
-        str, typer.Option("--friction", help="Kinds estimated: coulomb, viscous, offset; or none; or known.")
-    ] = "coulomb,viscous",
-    cutoff: Annotated[str, typer.Option("--cutoff", help="Of the low-pass filter; none: no filter.")] = "20 Hz",
+        str | None,
+        typer.Option(
+            "--friction", help="Kinds estimated; or none; or known.  [default: the map's, or coulomb,viscous]"
+        ),
+    ] = None,
+    cutoff: Annotated[
+        str | None,
+        typer.Option("--cutoff", help="Of the low-pass filter; none: no filter.  [default: the map's, or 20 Hz]"),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
     ] = None,
@@ -217,7 +224,7 @@ def identify(
     def work(outcome: Outcome) -> None:
         from .identify import identify_log
 
-        identify_log(log, machine, free, friction, cutoff, out, force, quiet, outcome)
+        identify_log(log, machine, map_file, free, friction, cutoff, out, force, quiet, outcome)
 
     return finish("identify", work, json, debug)
 

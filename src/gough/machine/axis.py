@@ -92,7 +92,7 @@ class Axis(Machine):
         if not isinstance(data, dict):
             return data
         data = dict(data)
-        if isinstance(data.get("home"), dict):
+        if isinstance(data.get("home"), dict) and set(data["home"]) != {"unit", "value"}:
             if set(data["home"]) != {"place"}:
                 raise InputError("[home] has one key, place", key="home", value=", ".join(map(str, data["home"])))
             data["home"] = data["home"]["place"]

@@ -6,6 +6,7 @@
     [forces]  columns = ["i1", "i2"]    unit = "A"  factor = "0.6 N m"      what the drives gave
     [text]    delimiter = ";"  decimal = ","                                of CSV
     [gaps]    longest = "5 ms"  most = "1 %"                                what may be missing
+    [identify] cutoff = "100 Hz"  friction = ["coulomb", "offset"]          what gough identify takes where nothing is said
 
 `factor` is the force or the motor torque that one of `unit` stands for; without it `unit` is itself one of either.  A
 torque becomes a force by the lead of the machine's screws.
@@ -181,6 +182,15 @@ class Gaps(Part):
     most: float = quantity("1", "share of samples that may be missing", default=0.01, theta=False, at_least=0, below=1)
 
 
+class Identify(Part):
+    """What identification takes of this record where the command says nothing."""
+
+    input_error = LogError
+
+    cutoff: float | None = quantity("Hz", "of the low-pass filter", default=None, theta=False, above=0)
+    friction: list[str] | None = Field(None, max_length=10, description="kinds of friction that are estimated")
+
+
 class RecordMap(Part):
     """How a record is written."""
 
@@ -191,6 +201,7 @@ class RecordMap(Part):
     forces: Forces
     text: Text = Text()
     gaps: Gaps = Gaps()
+    identify: Identify = Identify()
     machine: str | None = Field(None, max_length=64, description="name of the machine that the record is of")
 
     @model_validator(mode="after")

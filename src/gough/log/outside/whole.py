@@ -18,6 +18,20 @@ if TYPE_CHECKING:
 MOST = 5_000_000  # samples; 0.5 GB of a machine of six joints
 
 
+def read(path: str | Path, machine: Machine, mapping: RecordMap | None = None) -> Log:
+    """A log of gough's (.nc), or the record of any other file, as `load`.
+
+    Raises
+    ------
+    LogError
+        as `Log.load` or `load`.
+    """
+    from ..log import Log
+
+    ours = Path(path).suffix.lower() == ".nc" and mapping is None and getattr(machine, "record", None) is None
+    return Log.load(path) if ours else load(path, machine, mapping)
+
+
 def load(path: str | Path, machine: Machine, mapping: RecordMap | None = None) -> Log:
     """The record of a file: t, q_m, and u, the force that acted from a row's time on for one period.
 
