@@ -137,11 +137,7 @@ def _limits(machine, x, xd, xdd, qd, force):
     parts.append(margin / ca.DM(np.where(bound > 1e-9, bound, 1.0)))
     speed, acceleration = speed_of(machine), acceleration_of(machine)
     qdd = machine.joint_acceleration(p, z, xd, xdd)
-    for what, value, most in (
-        ("speed", qd, speed),
-        ("acceleration", qdd, acceleration),
-        ("force", force, _most(machine)),
-    ):
+    for what, value, most in (("speed", qd, speed), ("acceleration", qdd, acceleration), ("force", force, _most(machine))):
         if most is not None:
             names += [f"{joint}: {what}" for joint in machine.joint_names]
             parts.append(1 - (value / most) ** 2)
