@@ -97,3 +97,24 @@ def test_a_wrong_map_is_told_with_line_and_cure(tmp_path, old, new, message):
     with pytest.raises(LogError) as caught:
         load_map(path)
     assert message in str(caught.value)
+
+
+def test_the_template_is_a_map_as_it_stands_and_with_every_line_of_it(gough, tmp_path):
+    from gough.cli.new import MAP as TEMPLATE
+
+    done = gough("new", "map", "-o", "map.toml")
+    assert done.status == 0
+    assert "map of a log, no mistakes; joints 6, period 0.001 s" in gough("check", "map.toml", "-m", "okuma-pm600").out
+    told = "\n".join(
+        line[2:] if line.startswith("# ") and ("=" in line or "[" in line) else line for line in TEMPLATE.split("\n")[1:]
+    )
+    (tmp_path / "all.toml").write_text(told)
+    assert gough("check", "all.toml").status == 0
+
+
+def test_a_wrong_map_fails_its_check_with_its_line(gough, write):
+    write("map.toml", MAP.replace('unit = "mm"', 'unit = "N"'))
+    done = gough("check", "map.toml")
+    assert (done.status, done.err.strip()) == (
+        2, "map.toml:7: joints.unit: is not a length, got 'N'; give factor = \"... mm\", what 1 N stands for",
+    )  # fmt: skip

@@ -285,7 +285,7 @@ def export(
 
 @app.command(rich_help_panel="Machines")
 def new(
-    what: Annotated[str, typer.Argument(help="machine or experiment.", metavar="machine|experiment")],
+    what: Annotated[str, typer.Argument(help="machine, experiment or map.", metavar="machine|experiment|map")],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, LogError, Problem
-from ...files import read_toml
+from ...files import Document, read_toml
 from ...machine.record import SCHEMA, RecordMap
 from .table import Source
 
@@ -20,7 +20,17 @@ def load_map(path: str | Path) -> RecordMap:
     LogError
         every mistake with file, line, key and cure.
     """
-    document = read_toml(path, LogError)
+    return map_of(read_toml(path, LogError))
+
+
+def map_of(document: Document) -> RecordMap:
+    """The map of a document that was read.
+
+    Raises
+    ------
+    LogError
+        as `load_map`.
+    """
     data: dict[str, Any] = dict(document.data)
     found = data.pop("schema", None)
     problems = []
