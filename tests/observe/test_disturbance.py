@@ -8,8 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import gough as gk
 from gough.errors import ExperimentError, InputError
+from gough.kernel.tape import trace
 from gough.mechanics.friction import LuGre
 from gough.observe.recorded import Recorder
+from gough.observe.tasks import function_of
 from gough.simulate.plant import Plant
 from observe.pushed import pushed
 
@@ -63,6 +65,22 @@ def test_a_steady_force_is_found_exactly_in_both_forms(ideal):
         rows = pushed(ideal, HOLD, gk.DisturbanceObserver(form=form), np.tile(wrench, (3000, 1)))
         # the loop of 8 Hz is at rest after 3 s to exp(-3 x 8 pi) of the force's jump
         assert_allclose(rows["wrench_hat"][-1], wrench, rtol=0, atol=1e-3)
+
+
+@pytest.mark.full
+def test_with_fewer_freedoms_the_force_at_the_tip_is_found_and_no_moment():
+    """A 3-PRS tells three numbers; those of a force at the tip are its force."""
+    force = np.array([120.0, -80.0, 200.0, 0.0, 0.0, 0.0])
+    rows = pushed(perfect(gk.load_machine("ccu-3prs")), HOLD, gk.DisturbanceObserver(), np.tile(force, (3000, 1)))
+    assert_allclose(rows["wrench_hat"][-1], force, rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", sorted(gk.library()))
+def test_the_step_is_short_on_every_machine_of_the_library(name):
+    """Some 6 000 operations are 2 us of machine code: below 3 us a sample with room (docs/performance.md has times)."""
+    machine = gk.load_machine(name)
+    function = function_of(gk.DisturbanceObserver().on(machine, PERIOD))
+    assert trace(function).operations < 7000
 
 
 def test_a_step_has_risen_to_63_percent_after_the_time_constant(ideal):

@@ -104,9 +104,11 @@ def test_the_template_is_a_map_as_it_stands_and_with_every_line_of_it(gough, tmp
 
     done = gough("new", "map", "-o", "map.toml")
     assert done.status == 0
-    assert "map of a log, no mistakes; joints 6, period 0.001 s" in gough("check", "map.toml", "-m", "okuma-pm600").out
+    found = gough("check", "map.toml", "-m", "okuma-pm600").out
+    assert "map of a log, no mistakes; joints 6, period 0.001 s" in found
     told = "\n".join(
-        line[2:] if line.startswith("# ") and ("=" in line or "[" in line) else line for line in TEMPLATE.split("\n")[1:]
+        line[2:] if line.startswith("# ") and ("=" in line or "[" in line) else line
+        for line in TEMPLATE.split("\n")[1:]
     )
     (tmp_path / "all.toml").write_text(told)
     assert gough("check", "all.toml").status == 0

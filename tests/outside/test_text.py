@@ -132,6 +132,34 @@ def test_what_is_no_table_of_numbers_is_refused_with_its_place(record, truth, na
     assert message in str(caught.value)
 
 
+DRESSES = [
+    (delimiter, decimal, end, mark)
+    for delimiter in (",", ";", "\t", "|", " ")
+    for decimal in (".", ",")
+    for end, mark in (("\n", ""), ("\r\n", "\ufeff"))
+    if (delimiter, decimal) != (",", ",")
+]
+
+
+@pytest.mark.parametrize("told", DRESSES[::2], ids=repr)
+def test_a_table_in_another_dress_than_the_map_says_is_right_or_refused(record, truth, told):
+    """RELIABILITY C2, L6: no pair of a file's dress and a map's gives numbers that are not in the file."""
+    delimiter, decimal, _, _ = told
+    text = f'[text]\ndelimiter = "{delimiter}"\ndecimal = "{decimal}"\n'.replace("\t", "\\t")
+    short = type(truth)(*(column[:8] for column in truth))
+    right = 0
+    for delimiter, decimal, end, mark in DRESSES:
+        dressed = mark + csv_text(short.table, delimiter=delimiter, decimal=decimal, end=end)
+        try:
+            _, found, _ = record(dressed, MAP + text)
+        except LogError:
+            assert (delimiter, decimal) != told[:2], "the right map reads it"
+            continue
+        same(found, short)
+        right += 1
+    assert right >= 2
+
+
 def test_a_last_line_without_an_end_is_left_out_and_told(record, truth):
     """A number cut off in its digits is a number still: 1.2 of 1.25."""
     found, rows, _ = record(csv_text(truth.table)[:-3])

@@ -1,4 +1,4 @@
-"""Claims of Okuda et al. 2006, first half: a fast part of `gough reproduce okuda2006`, and its model by second derivations."""
+"""Claims of Okuda et al. 2006, first half: a fast part of `gough reproduce okuda2006`; its model derived twice."""
 
 from __future__ import annotations
 
@@ -95,7 +95,8 @@ def test_a_torque_that_is_off_by_more_than_its_band_is_not_met():
     angle = np.linspace(0, 2 * np.pi, 500)
     read = np.cos(angle)[:, None] * np.ones(6)
     for off, verdict in ((0.15, MET), (0.25, NOT_MET)):  # of a range of 2
-        circles = [experiments.Circle(tilt, angle, read * side, read * side + off) for tilt, side in (("a", 1), ("b", -1))]
+        both = (("a", read), ("b", -read))
+        circles = [experiments.Circle(tilt, angle, torque, torque + off) for tilt, torque in both]
         found = experiments.Results.__new__(experiments.Results)
         found.learned = experiments.Learned(None, circles)
         assert [claim.verdict for claim in rows._torques(found)[:4]] == [verdict] * 4

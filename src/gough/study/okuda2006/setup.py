@@ -4,7 +4,7 @@
   is a, about x of W.
 - f_0 of 90 N and t_0 of some 8 N m are chosen (MACHINES.md 5.3).  The true friction of a strut is that with bristles,
   a fifth more when it breaks away, 150 N s/m of viscous friction, and up to 10 % more or less than f_0 each; that of
-  a joint is 0.2 of the force in it on a radius of 60 mm (base: 4 to 15 N m) and 5 mm (platform).
+  a joint is 0.2 of the force in it on a radius of 60 mm (base: 2 to 21 N m) and 5 mm (platform).
 - The joints' cones are opened to 70 deg: the tilted circle asks for 52 deg of the platform joints, the sheet has 45.
 - Torques are read in steps of 0.03 N m, 12 bits of +-60 N m, with noise of 0.05 N m.
 """
