@@ -153,3 +153,13 @@ def test_every_pulse_of_176_n_is_told_within_10_ms_and_nothing_else(emps):
     assert len(told) == len(onsets) == 12
     assert ((told - onsets > 0) & (told - onsets <= 0.010)).all()
     assert watch.of("breakage") == []
+
+
+def test_laws_of_friction_are_judged_by_motion_held_out(gough_json):
+    """Viscous friction that differs by direction explains this axis better than the published law, Stribeck less."""
+    found = gough_json("identify", DATA, "--machine", "emps", "--compare")
+    error = {law["law"]: law["held_out_rms"] for law in found["friction_laws"]}
+    assert list(error) == ["coulomb, viscous", "offset", "asymmetric", "stribeck"]
+    assert error["asymmetric"] < 0.8 * error["offset"]
+    assert error["offset"] < 0.6 * error["coulomb, viscous"]
+    assert error["asymmetric"] < error["stribeck"] < error["offset"]

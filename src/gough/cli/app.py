@@ -211,6 +211,9 @@ def identify(
         str | None,
         typer.Option("--cutoff", help="Of the low-pass filter; none: no filter.  [default: the map's, or 20 Hz]"),
     ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Hold laws of friction against one another, by error held out.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
     ] = None,
@@ -224,7 +227,7 @@ def identify(
     def work(outcome: Outcome) -> None:
         from .identify import identify_log
 
-        identify_log(log, machine, map_file, free, friction, cutoff, out, force, quiet, outcome)
+        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, force, quiet, outcome)
 
     return finish("identify", work, json, debug)
 

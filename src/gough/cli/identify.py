@@ -8,7 +8,9 @@ from pathlib import Path
 
 from ..errors import ExperimentError
 from ..files import write_atomic
+from ..identify.compare import compare, text
 from ..identify.fit import identify
+from ..identify.rows import rows_of_log
 from ..identify.signals import CUTOFF
 from ..log.outside import load_map
 from ..log.outside.whole import read
@@ -26,6 +28,7 @@ def identify_log(
     free: Sequence[str] | None,
     friction: str | None,
     cutoff: str | None,
+    compared: bool,
     out: Path | None,
     force: bool,
     quiet: bool,
@@ -44,15 +47,21 @@ def identify_log(
     sought = None if not free else [word for text in free for word in _words(text)]
     kinds = () if friction == "none" else friction if friction == "known" else _words(friction)
     low = None if cutoff == "none" else to_si(cutoff, "Hz")
-    fit = identify(read(log, believed, mapping), believed, sought, friction=kinds, cutoff=low)
+    record = read(log, believed, mapping)
+    fit = identify(record, believed, sought, friction=kinds, cutoff=low)
     outcome.data.update(machine=fit.machine.name, log=str(log), cutoff=low, friction=friction, **fit.to_json())
     outcome.data["rows_of"] = of = max(1, round(fit.estimate.rows.samples / len(fit.estimate.rows.u)))
     if not quiet and not outcome.as_json:
         outcome.say(fit, f"{'no filter' if low is None else f'low-pass {low:g} Hz'}, then means of {of} samples")
+    if compared:
+        laws = compare(rows_of_log(record, believed, ("coulomb", "viscous"), low))
+        outcome.data["friction_laws"] = [one.to_json() for one in laws]
+        if not quiet and not outcome.as_json:
+            outcome.say("", text(laws))
     if out is not None:
         as_json = out.suffix.lower() == ".json"
-        text = json.dumps(plain(outcome.data), indent=1, allow_nan=False) if as_json else str(fit)
-        write_atomic(out, text + "\n")
+        told = json.dumps(plain(outcome.data), indent=1, allow_nan=False) if as_json else str(fit)
+        write_atomic(out, told + "\n")
         outcome.data["file"] = str(out)
 
 
