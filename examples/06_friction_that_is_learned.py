@@ -9,7 +9,7 @@ machine = gk.load_machine("nist-octahedral").replace(**{"drive.encoder": 1e-6})
 wrong = ["platform.mass", "strut.moving.mass", "strut.fixed.mass", "drive.inertia"]
 wrong += ["friction.coulomb", "friction.static", "friction.viscous", "friction.viscous_offset"]
 believed = machine.replace_from_file(dict.fromkeys(wrong, "0.8 x"))
-circle = gk.Circle(radius=0.2, feed=0.05, start=240.0)  # one turn: every strut reverses twice
+circle = gk.Circle(radius=0.2, feed=0.05, start=np.radians(240.0))  # one turn: every strut reverses twice
 
 laws = {
     "computed torque": gk.ComputedTorque(poles=[100.0, 100.0, 200.0]),

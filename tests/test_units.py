@@ -110,10 +110,10 @@ def test_what_is_no_quantity_is_refused_with_its_reason(text, expected, message)
 )
 def test_a_long_hostile_text_is_refused_at_once(text):
     """A general units library hung on such a text for minutes."""
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(UnitError) as caught:
         units.to_si(text, "m")
-    assert time.perf_counter() - start < 0.1 and len(str(caught.value)) < 200
+    assert time.process_time() - start < 0.1 and len(str(caught.value)) < 200
 
 
 def test_every_divided_atom_divides_and_only_that_one():

@@ -43,12 +43,13 @@ _LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "
 _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
 _ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
 _PEERS = ["tests/export", "tests/oracle"]
+_PASSIVE = "tests/machine/test_passive.py"
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
 # module -> its tests, the likeliest first, and functions whose signs are of no equation
 MODULES: dict[str, tuple[list[str], set[str]]] = {
     "frames.py": (["tests/test_frames.py", "tests/test_series.py", "tests/conventions", *_DYNAMICS], set()),
-    "machine/hexapod.py": ([*_MACHINE, "tests/machine/test_faults.py"], {"_outline", "drawing", "_sound"}),
+    "machine/hexapod.py": ([*_MACHINE, _PASSIVE, "tests/machine/test_faults.py"], {"_outline", "drawing", "_sound"}),
     "machine/strut.py": (_MACHINE, set()),
     "machine/strut_bodies.py": (_MACHINE, set()),
     "machine/strut_motion.py": (_MACHINE, set()),
@@ -72,8 +73,8 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "control/pid.py": (_LAWS, set()),
     "control/computed_torque.py": (_LAWS, set()),
     "control/base.py": ([*_LAWS, *_RUN], set()),
-    "machine/base.py": (["tests/machine/test_arrays.py", *_MACHINE[:4], *_RUN], {"model_post_init"}),
-    "machine/forward.py": (_MACHINE[3:5] + _ERRORS, {"_refuse"}),
+    "machine/base.py": ([_PASSIVE, _MACHINE[4], *_MACHINE[:4], *_RUN], {"model_post_init"}),
+    "machine/forward.py": (_DYNAMICS[2:] + _MACHINE[3:5] + _ERRORS, {"_refuse"}),
     "machine/workspace.py": (_MACHINE[3:5] + _DYNAMICS[2:] + _ERRORS + _RUN, set()),
     "export/mjcf.py": (_PEERS, set()),
     "export/mjcf_frames.py": (_PEERS, set()),
@@ -329,7 +330,8 @@ def write(planted, rows) -> None:
     text = [
         "# Planted sign errors",
         "",
-        "Written by `make mutate`: every sign in the equations changed, one at a time.",
+        "Written by `make mutate`: every sign in the equations changed, one at a time: of machines, mechanics, laws,",
+        "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
     ]
     caught = sum(bool(by) for _, by in rows.values())

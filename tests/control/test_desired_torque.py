@@ -26,7 +26,7 @@ def hexaglide():
 @pytest.fixture(scope="module")
 def ideal(hexaglide):
     """No friction, no encoder counts, no limit of the force."""
-    return hexaglide.replace(friction=None, drive=hexaglide.drive.unlimited())
+    return hexaglide.replace(friction=None, drive=hexaglide.drive.perfect())
 
 
 @pytest.fixture(scope="module", params=["eth-hexaglide", "nist-octahedral", "okuma-pm600"])

@@ -139,7 +139,7 @@ def test_what_is_learned_is_the_power_of_the_error(nist):
 def test_encoder_noise_drives_the_estimates_of_the_actual_regressor_and_not_those_of_the_desired(nist):
     """4 kHz, 1 um: the square of the speed's noise has a mean, the product of noise and reference has none."""
     machine = nist.replace(**{"drive.encoder": 1e-6})
-    circle = gk.Circle(radius=0.2, feed=0.05, start=240.0, turns=0.25)
+    circle = gk.Circle(radius=0.2, feed=0.05, start=np.radians(240.0), turns=0.25)
     worst = {}
     for regressor in ("desired", "actual"):
         law = gk.RobustAdaptive(slope=300.0, damping=740.0, regressor=regressor)
@@ -154,7 +154,7 @@ def test_encoder_noise_drives_the_estimates_of_the_actual_regressor_and_not_thos
 def test_the_sign_of_the_measured_speed_costs_glitches(nist):
     """The stuck strut is held where it is: largest error behind reversals, with the sign of either speed."""
     machine = nist.replace(**{"drive.encoder": 1e-6})
-    circle = gk.Circle(radius=0.2, feed=0.05, start=240.0, turns=0.25)
+    circle = gk.Circle(radius=0.2, feed=0.05, start=np.radians(240.0), turns=0.25)
     worst = {}
     for speed, width in (("reference", 2e-4), ("measured", 5e-3)):
         law = gk.RobustAdaptive(slope=150.0, damping=370.0, friction_speed=speed, friction_smoothing=width)

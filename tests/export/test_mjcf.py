@@ -28,6 +28,18 @@ def test_numbers_read_back_as_the_same_numbers():
     assert numbers(root.find(".//body[@name='sleeve 3']"), "pos").tolist() == OKUMA.joints.base[2].tolist()
 
 
+def test_drives_push_and_pull_with_the_force_of_their_torque_limit():
+    for torque, bound in ((40.0, 40.0 * 2 * np.pi / OKUMA.drive.lead), (None, None)):
+        root = ET.fromstring(mjcf(OKUMA.replace(**{"drive.torque_limit": torque})))
+        drives = [one for one in root.find("actuator") if one.get("name").startswith("drive ")]
+        assert len(drives) == 6
+        for drive in drives:
+            if bound is None:
+                assert drive.get("ctrlrange") is None
+            else:
+                assert numbers(drive, "ctrlrange").tolist() == [-bound, bound]
+
+
 def test_the_platforms_inertia_is_turned_into_the_tools_axes():
     quarter = {"position": [0.0, 0.0, 0.1], "angles": [np.pi / 2, 0.0, 0.0]}  # y of P is -z of T, z of P is y of T
     turned = OKUMA.replace(tool=gk.machine.hexapod_parts.Tool(**quarter), home=[0, 0, -0.7, np.pi / 2, 0, 0])

@@ -154,7 +154,7 @@ def test_at_rest_bushings_carry_the_tube_like_a_beam_on_two_supports():
 def test_along_the_published_circle_loads_are_those_of_the_calibration():
     """MACHINES.md 1.3: 0.89 to 2.87 kN, Coulomb friction 160 to 516 N, struts 1.533 to 1.834 m."""
     m = gk.load_machine("nist-octahedral")
-    motion = gk.Circle(radius=0.2, feed=0.05, start=240.0).plan(m)
+    motion = gk.Circle(radius=0.2, feed=0.05, start=np.radians(240.0)).plan(m)
     row = motion.sample(50, motion.count(0.01) - 50, 0.01)  # at constant speed: it starts and stops with 2 m/s2
     normal = m.reactions(row.x, row.xd, row.xdd).normal
     assert (round(normal.min()), round(normal.max())) == (888, 2868)

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.full  # one turn of 25 s at 4 kHz
 @pytest.fixture(scope="module")
 def turn():
     machine = gk.load_machine("nist-octahedral")
-    circle = gk.Circle(radius=0.2, feed=0.05, start=240.0)
+    circle = gk.Circle(radius=0.2, feed=0.05, start=np.radians(240.0))
     law = gk.ComputedTorque(poles=[100.0, 100.0, 200.0])
     log = gk.simulate(machine, law, circle, period=PERIOD)
     motion = circle.plan(machine)

@@ -138,6 +138,9 @@ def test_series_and_functions_of_the_angle_are_one_to_rounding(angle):
 def test_angles_go_on_from_the_turn_the_program_was_in(nist, stop):
     """A tool that has turned by more than half a turn: the angles do not jump by a whole one."""
     first = moving(nist, [0.01, 0, 0], w=[0, 0, 0.2])
+    for c in (-2.5, 2.0, 3.1):
+        turned = first._replace(x=np.r_[first.x[:5], c])
+        assert_allclose(stop(turned, [0.0])[0].x[0], turned.x, atol=1e-13)
     for turns in (-1, 1, 2):
         away = first._replace(x=first.x + 2 * np.pi * turns * np.array([0, 0, 0, 1, 0, 1]))
         rows, _ = stop(away, [0.0, 0.02])

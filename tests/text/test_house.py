@@ -30,6 +30,7 @@ FLOORS = [
     {"measure"},
     {"log"},
     {"simulate"},
+    {"identify"},
     {"report", "export"},
     {"monitor", "identify"},
     {"study"},

@@ -86,7 +86,7 @@ class SlidingLaw(Controller):
     bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,))
     leakage: float = quantity("W", "s_0 of the sigma modification", default=1.0, at_least=0)
     leakage_norm: float = quantity(
-        "1", "M_0, root mean square of the factors above which it acts", default=1.2, above=0
+        "1", "M_0, root mean square of the factors above which it acts", default=1.5, above=0
     )
     regressor: Literal["desired", "actual"] = Field("desired", description="motion at which is learned")
 

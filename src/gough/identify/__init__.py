@@ -1,7 +1,7 @@
 """Identification: the numbers of a machine from what its drives did, with how sure they are, and what stayed unseen.
 
-    fit = gk.identify(log, machine)          a table of values and deviations; `free` names what is sought
-    program = excite(machine)                a motion that shows them, for gk.simulate and gough run
+fit = gk.identify(log, machine)          a table of values and deviations; `free` names what is sought
+program = excite(machine)                a motion that shows them, for gk.simulate and gough run
 """
 
 from .base import BaseParameters, base_parameters

@@ -112,7 +112,7 @@ def base_parameters(A, names: Sequence[str], units: Sequence[str], size, noise: 
 
 
 def _joined(V2, exact: int) -> np.ndarray:
-    """The rows of V2 (p, k) that are put into the others, one a column, rising; the last `exact` columns are rounding."""
+    """The rows of V2 (p, k) that are put into the others, one a column, rising; of the last `exact` by name."""
     strict, left, out = V2[:, V2.shape[1] - exact :], V2, []
     while left.shape[1]:
         weight = np.linalg.norm(strict if strict.shape[1] else left, axis=1)

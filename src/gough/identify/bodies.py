@@ -1,7 +1,8 @@
 """Which parameters of a machine belong to one body, and what its pseudo-inertia is made of.
 
 A body is found by its names: "platform.m", "platform.m cx", ..., "platform.Iyz" are one of ten numbers; m, m c and I
-one that is slender.  What stands alone (a carriage's mass, a drive's reflected mass, friction) is a number above 0.
+one that is slender (beside its Iaxial).  A mass or inertia that stands alone (a carriage's, a drive's) is a number
+above 0.  Friction is no body's: a coefficient that is 0 may well be estimated a deviation below it.
 """
 
 from __future__ import annotations
@@ -11,30 +12,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .cholesky import PAIRS, of_log_cholesky, of_pseudo_inertia, pseudo_inertia
+from .cholesky import PAIRS, of_log_cholesky, of_pseudo_inertia
 
 _MOMENTS = tuple(f"I{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS)
-_FREE = "friction.offset"  # the one kind that may have either sign
+_FREE = "friction"
 
 
 class Body(NamedTuple):
-    """Some of the p parameters as J = U U': pi[places] = made(J), and back."""
+    """Some of the p parameters as J = U U', and back."""
 
     name: str
     places: tuple[int, ...]  # in the p parameters
     order: int  # of J: 4 a body, 2 a slender one, 1 a number above 0
     form: np.ndarray  # (len(places), order, order): pi[places][k] = sum of form[k] * J
 
-    def pseudo(self, pi) -> np.ndarray:
-        """J of the parameters pi (p,).  (order, order)."""
-        values = np.asarray(pi, float)[list(self.places)]
+    def basis(self) -> np.ndarray:
+        """A with J = sum over k of A[k] pi[places[k]]; entries that no parameter gives are 0.  (k, order, order)."""
         entries = [(i, j) for i in range(self.order) for j in range(i, self.order)]
         system = np.array([[f[i, j] + (f[j, i] if i != j else 0.0) for i, j in entries] for f in self.form])
-        found = np.linalg.lstsq(system, values, rcond=None)[0]
-        J = np.zeros((self.order, self.order))
-        for (i, j), value in zip(entries, found, strict=True):
-            J[i, j] = J[j, i] = value
-        return J
+        out = np.zeros((len(self.places), self.order, self.order))
+        for (i, j), row in zip(entries, np.linalg.pinv(system), strict=True):
+            out[:, i, j] = out[:, j, i] = row
+        return out
+
+    def pseudo(self, pi) -> np.ndarray:
+        """J of the parameters pi (p,).  (order, order)."""
+        return np.tensordot(np.asarray(pi, float)[list(self.places)], self.basis(), 1)
 
     def least(self, pi) -> float:
         """The least eigenvalue of J, as a share of what its diagonal makes usual; above 0: the body can exist."""
@@ -50,7 +53,7 @@ class Body(NamedTuple):
 
 
 def bodies_of(names: Sequence[str]) -> list[Body]:
-    """The bodies and the numbers above 0 among the parameters; what may have any sign is in none."""
+    """The bodies and the single masses among the parameters; what may have any sign is in none."""
     index = {name: k for k, name in enumerate(names)}
     groups: dict[str, dict[str, int]] = {}
     for name, k in index.items():
@@ -61,9 +64,8 @@ def bodies_of(names: Sequence[str]) -> list[Body]:
         whole = _whole(group, keys) or _slender(group, keys)
         if whole is not None:
             out.append(whole)
-            continue
         for key, k in keys.items():
-            if not f"{group}.{key}".startswith(_FREE):
+            if not group.startswith(_FREE) and (whole is None or k not in whole.places):
                 out.append(Body(f"{group}.{key}", (k,), 1, np.ones((1, 1, 1))))
     return out
 
@@ -91,6 +93,3 @@ def _slender(group: str, keys: dict[str, int]) -> Body | None:
         return None
     forms = {"m": [[0, 0], [0, 1]], "m c": [[0, 0.5], [0.5, 0]], "I": [[1, 0], [0, 0]]}
     return Body(group, tuple(keys[key] for key in forms), 2, np.array(list(forms.values()), float))
-
-
-__all__ = ["Body", "bodies_of", "pseudo_inertia"]

@@ -1,13 +1,17 @@
 """How sure an estimate is when its noise remembers: covariance from residuals whose rows are correlated.
 
-With rows X_i (n, r) weighted by each joint's deviation, residuals e_i (n,), H = sum X_i' X_i, and G_l = E e_i e_{i+l}'
-the covariance of residuals l rows apart, across joints,
+With rows X_i (n, r) weighted by each joint's deviation, residuals e_i (n,), H = sum X_i' X_i, and the covariance of
+residuals l rows apart, across joints, taken as G rho_l,
 
-    Cov = H^-1 M H^-1,   M = sum over l of k(l) sum over i of X_i' G_l X_{i+l}                                      (1)
+    Cov = H^-1 M H^-1 / (1 - t),   M = sum over all i, l of rho_|l| X_i' G X_{i+l},   t = tr(H^-1 M) / N           (1)
 
-exact for noise that is stationary.  k(l) is 1 up to twice the lag m behind which five autocorrelations in a row are
-none, and falls to 0 at 4 m (flat top; Politis, Econometrics Reviews 23(2), 2004: m where |rho| < 2 sqrt(log10 N / N)).
-For white noise m = 0, and (1) is that of weighted least squares, with the correlation between joints.
+exact for stationary noise whose joints remember alike.  G = E e_i e_i'.  rho is that of the autoregression
+
+    e_i = a_1 e_{i-1} + ... + a_p e_{i-p} + white                                                                  (2)
+
+that the residuals of all joints together have by Yule and Walker's equations, its order p by Akaike's criterion.  1 - t
+puts back what the fit took out: of N numbers of variance 1 it leaves N (1 - t) on the average, N - r if they are white.
+Hannan, Multiple Time Series, 1970, ch. VI, for least squares with correlated noise.
 Theory: docs/theory/identification.md.
 """
 
@@ -15,65 +19,58 @@ from __future__ import annotations
 
 import numpy as np
 
-_RUN = 5  # lags in a row that must be small
-_MOST = 0.25  # of the rows, the longest lag that is looked at
+_LEFT = 0.25  # of the variance: what residuals have at least, for short records of slow noise
+_FAINT = 1e-3  # correlation from which rows count as strangers
+_ORDER = 10.0  # times log10 N: the highest order that is tried
 
 
-def covariance(X: np.ndarray, e: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, int]:
-    """Covariance (r, r) of eq. (1), and the lag in rows up to which noise was found to be correlated.
+def covariance(X: np.ndarray, e: np.ndarray, used: np.ndarray) -> tuple[np.ndarray, float]:
+    """Covariance (r, r) of eq. (1), and how many rows tell as much as one that is independent, sum of rho_l, >= 1.
 
     X (N, n, r) and e (N, n) are weighted; rows that are not `used` (N, n) take no part.
     """
     X = np.where(used[..., None], X, 0.0)
     e = np.where(used, e, 0.0)
-    r = X.shape[-1]
-    flat = X.reshape(-1, r)
-    H = np.linalg.inv(flat.T @ flat)
-    count = int(used.sum())
-    m = memory(e, used)
-    scale = count / max(1, count - r)  # what the fit took out of the residuals
-    M = _lagged(X, e, used, 0)
-    for lag in range(1, 4 * m):
-        k = 1.0 if lag <= 2 * m else 2.0 - lag / (2 * m)
-        part = _lagged(X, e, used, lag)
-        M = M + k * (part + part.T)
-    found = scale * H @ M @ H
-    if m and np.linalg.eigvalsh(M)[0] <= 0:  # a flat top is no covariance for every sample; a triangle is
-        M = _lagged(X, e, used, 0)
-        for lag in range(1, 4 * m):
-            part = _lagged(X, e, used, lag, whole=True)
-            M = M + (1 - lag / (4 * m)) * (part + part.T)
-        found = scale * H @ M @ H
-    return (found + found.T) / 2, m
+    r, count = X.shape[-1], max(1, int(used.sum()))
+    H = np.linalg.inv(np.tensordot(X, X, ((0, 1), (0, 1))))
+    each = np.sqrt(np.maximum(used.sum(0), 1))
+    G = e.T @ e / np.outer(each, each)  # one divisor a joint: no less than 0, whatever rows are left out
+    rho = correlation(e, used)
+    GX = G @ X
+    M = np.zeros((r, r))
+    for lag, share in enumerate(rho):
+        part = share * np.tensordot(GX[: len(X) - lag], X[lag:], ((0, 1), (0, 1)))
+        M += part + part.T if lag else part
+    variance = (e * e).sum() / count
+    taken = np.trace(H @ M) / variance / count if variance else 0.0
+    found = H @ M @ H / max(1 - taken, _LEFT)
+    return (found + found.T) / 2, max(1.0, float(2 * rho.sum() - 1))
 
 
-def memory(e: np.ndarray, used: np.ndarray) -> int:
-    """The lag m of eq. (1), from residuals (N, n) of equal deviation."""
-    N = len(e)
-    most = int(_MOST * N)
-    total = (e * e).sum() / max(1, used.sum())
-    if total == 0 or most < _RUN:
-        return 0
-    least = 2 * np.sqrt(np.log10(N) / max(1, used.sum()))
-    small = 0
-    for lag in range(1, most):
-        both = used[:-lag] & used[lag:]
-        rho = (e[:-lag] * e[lag:])[both].sum() / max(1, both.sum()) / total
-        small = small + 1 if abs(rho) < least else 0
-        if small == _RUN:
-            return lag - _RUN
-    return most // 4
-
-
-def _lagged(X, e, used, lag: int, whole: bool = False) -> np.ndarray:
-    """sum over i of X_i' G_l X_{i+l}.  (r, r).  `whole`: G_l of all rows, as a triangle needs it."""
-    N = len(e)
-    a, b = slice(0, N - lag), slice(lag, N)
-    if whole:  # one divisor for all lags: so the matrix of all of them is no less than 0
-        each = np.sqrt(used.sum(0).astype(float))
-        pairs = np.outer(each, each)
-    else:
-        pairs = used[a].astype(float).T @ used[b]
-    G = e[a].T @ e[b] / np.maximum(pairs, 1.0)
-    r = X.shape[-1]
-    return (G.T @ X[a]).reshape(-1, r).T @ X[b].reshape(-1, r)
+def correlation(e: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """rho_0 = 1, rho_1, ... of eq. (2), until they are faint, from residuals (N, n) of about equal deviation."""
+    N, count = len(e), int(used.sum())
+    most = min(N // 4, int(_ORDER * np.log10(max(N, 2))))
+    total = (e * e).sum() / max(1, count)
+    if total == 0 or most < 1:
+        return np.ones(1)
+    r = np.array([(e[: N - l] * e[l:]).sum() / count / total for l in range(most + 1)])  # one divisor: a stable (2)
+    a, best, kept = np.zeros(0), 0.0, np.zeros(0)
+    variance, level = 1.0, count * np.log(1.0)
+    for p in range(1, most + 1):  # Levinson and Durbin
+        k = (r[p] - a @ r[p - 1 : 0 : -1]) / variance if p > 1 else r[1]
+        a = np.append(a - k * a[::-1], k)
+        variance *= 1 - k * k
+        if not variance > 0:
+            break
+        level = count * np.log(variance) + 2 * p
+        if level < best:
+            best, kept = level, a.copy()
+    if not len(kept):
+        return np.ones(1)
+    rho = list(r[: len(kept)])
+    while len(rho) < N // 2:
+        rho.append(float(kept @ rho[: -len(kept) - 1 : -1]))
+        if np.abs(rho[-len(kept) :]).max() < _FAINT:
+            break
+    return np.array(rho)

@@ -6,7 +6,7 @@ A row is what one moment of a Fourier motion makes of
     X = Y_base S                            (joints r): the base columns of the regressor, times the parameters' sizes
     g                                       >= 0 within every limit, each as a share of what it may be
 
-Coulomb friction is tanh(q' / v_0) here, so that it has a derivative.  Theory: docs/theory/identification.md.
+Coulomb friction is tanh(q' / v_0) here, so that it has a derivative.
 """
 
 from __future__ import annotations
@@ -137,7 +137,11 @@ def _limits(machine, x, xd, xdd, qd, force):
     parts.append(margin / ca.DM(np.where(bound > 1e-9, bound, 1.0)))
     speed, acceleration = speed_of(machine), acceleration_of(machine)
     qdd = machine.joint_acceleration(p, z, xd, xdd)
-    for what, value, most in (("speed", qd, speed), ("acceleration", qdd, acceleration), ("force", force, _most(machine))):
+    for what, value, most in (
+        ("speed", qd, speed),
+        ("acceleration", qdd, acceleration),
+        ("force", force, _most(machine)),
+    ):
         if most is not None:
             names += [f"{joint}: {what}" for joint in machine.joint_names]
             parts.append(1 - (value / most) ** 2)

@@ -71,7 +71,9 @@ def excite(
     seen, held = (_expand(_moments(_times(period, n * harmonics), period, harmonics, basis), len(machine.task))
                   for n in (_POINTS, _LIMITS))  # fmt: skip
     start = _start(design, held, harmonics, seed)
-    dense = _expand(_moments(_times(period, _CHECKED * _LIMITS * harmonics), period, harmonics, basis), len(machine.task))
+    dense = _expand(
+        _moments(_times(period, _CHECKED * _LIMITS * harmonics), period, harmonics, basis), len(machine.task)
+    )
     for _ in range(_ROUNDS):
         start = _solved(design, seen, held, start)
         g = _limits_at(design, dense, start)
@@ -122,7 +124,7 @@ def _moments(t, period, K, basis) -> np.ndarray:
 
 
 def _expand(B, columns: int) -> np.ndarray:
-    """w = G c for every time: G (m, 18, columns 2 (K - 1)); w ordered as design.py has it, c coordinate by coordinate."""
+    """w = G c for every time, w in the order of design.py, c coordinate by coordinate.  (m, 18, columns 2 (K - 1))."""
     m, _, f = B.shape
     G = np.zeros((m, 18, columns * f))
     for j in range(columns):
@@ -155,7 +157,7 @@ def _limits_at(design: Design, G, c) -> np.ndarray:
 
 def _solved(design: Design, seen, held, start) -> np.ndarray:
     """Equations (1) at the times of `seen` and (2) at those of `held`, (m, 18, k) each, by IPOPT.  (k,)."""
-    m, r, n = len(seen), len(design.kept), design.row.size1_out(0)
+    m, r = len(seen), len(design.kept)
     scale = np.abs(start).mean()
     c = ca.MX.sym("c", len(start))
 
@@ -188,7 +190,7 @@ def _solved(design: Design, seen, held, start) -> np.ndarray:
     found = np.array(answer["x"]).ravel() * scale
     if status not in _SOLVED or not np.isfinite(found).all():
         raise RunError(
-            "the optimiser found no exciting motion", value=f"IPOPT ends with {status}", where=f"{n} joints, {r} columns",
+            "the optimiser found no exciting motion", value=f"IPOPT ends with {status}",
             cure="take another seed, a longer period, or fewer harmonics",
         )  # fmt: skip
     return found
@@ -208,7 +210,9 @@ def _program(c, basis, columns, period, cycles) -> Fourier:
     both = [basis[i] @ c[:, i * (K - 1) : (i + 1) * (K - 1)].T for i in range(2)]
     full = [np.pad(rows, ((0, 0), (0, 6 - columns))) for rows in both]
     keys = (("sine", "cosine"), ("turn_sine", "turn_cosine"))
-    series = {keys[j][i]: full[i][:, 3 * j : 3 * j + 3] for i in range(2) for j in range(2) if full[i][:, 3 * j :].any()}
+    series = {
+        keys[j][i]: full[i][:, 3 * j : 3 * j + 3] for i in range(2) for j in range(2) if full[i][:, 3 * j :].any()
+    }
     return Fourier(period=period, cycles=cycles, **series)
 
 

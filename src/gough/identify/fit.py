@@ -20,7 +20,6 @@ from .regress import Estimate, estimate
 from .rows import rows_of_log
 from .signals import CUTOFF
 
-
 _NEAR = 0.01  # deviations; nearer bodies have the numbers that were found
 
 
@@ -123,7 +122,8 @@ class Fit:
         ]
         units = dict(zip(found.rows.names, found.rows.units, strict=True))
         rows += [
-            {"name": n, "value": None, "std": None, "unit": units[n], "seen": False} for n in (*self.unseen, *self.never)
+            {"name": n, "value": None, "std": None, "unit": units[n], "seen": False}
+            for n in (*self.unseen, *self.never)
         ]
         return {
             "parameters": rows,

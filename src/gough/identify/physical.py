@@ -1,13 +1,19 @@
 """The nearest parameters that bodies can have, where least squares gives some that none can.
 
-With b the estimate of the base parameters, C its covariance, pi(lambda) the parameters of bodies that can exist
-(cholesky.py), pi_d those that the base leaves out and s their sizes,
+With b the estimate of the base parameters, C its covariance, pi_d the parameters that the base leaves out, s their
+sizes and J_1, J_2, ... the pseudo-inertias of the bodies (cholesky.py), which are linear in pi,
 
-    minimise  |C^-1/2 (K pi(lambda) - b)|^2 + w^2 |(pi_d(lambda) - sheet_d) / s_d|^2   over lambda                  (1)
+    q(pi) = |C^-1/2 (K pi - b)|^2 + w^2 |(pi_d - sheet_d) / s_d|^2                                                 (1)
+    minimise q over the pi whose J_k are all positive definite                                                     (2)
 
-w is so small that what the motion shows decides.  Where least squares has given bodies that can exist, both parts are
-0 there: its numbers are the answer, as they are.  In pi (1) is convex, and the map from lambda one to one, so there is
-one minimum.  Solved by Gauss-Newton steps with trust regions (scipy's trf).  Theory: docs/theory/identification.md.
+w is so small that what the motion shows decides.  Where least squares has given bodies that can exist, q is 0 there:
+its numbers are the answer, as they are.  Else the answer lies at the edge, where a mass is all in one plane, and the
+log-Cholesky numbers at infinity.  (2) is convex, so it is found by Newton's method on
+
+    t q(pi) - sum over k of log det J_k,   log det J_k = 2 (lambda_11 + lambda_22 + ...)                           (3)
+
+for growing t: a body that can exist in every step, at last within order / t of the least q (order: of all J_k).
+Boyd and Vandenberghe, Convex Optimization, 2004, ch. 11, for (3).  Theory: docs/theory/identification.md.
 """
 
 from __future__ import annotations
@@ -22,13 +28,12 @@ from .cholesky import log_cholesky
 from .regress import Estimate
 
 _W = 1e-3  # w: a thousandth of a deviation for what no row shows
-_HELD = 1e6  # the same of what the user holds
 _SHARPEST = 1e-9  # of a size: a deviation below it is rounding
+_LEAST = 1e-8  # of the largest eigenvalue of the correlations, which lags of noise leave unsure
 _EDGE = 1e-9  # least eigenvalue, as a share, from which a body is taken as one that can exist
-_LEAST = 1e-8  # of the largest eigenvalue of the correlations
-_STILL = 1e-9  # of a squared deviation: steps that gain less end the search
-_INSIDE = 1e-3  # of the sheet's body: how far inside the search begins
-_EVALUATIONS = 500
+_GAP = 1e-6  # of a squared deviation, and of the least q: how near the answer is to it
+_STEPS = 60  # of Newton's method for one t; ten are usual
+_GROWTH = 10.0
 
 
 @dataclass(frozen=True)
@@ -38,81 +43,106 @@ class Physical:
     values: np.ndarray  # (p,) SI
     impossible: tuple[str, ...]  # bodies that no distribution of mass has, before
     away: float  # the largest change of a base parameter, in its deviations; 0: nothing was changed
+    log_cholesky: dict[str, np.ndarray]  # lambda of each body that was sought
 
 
 def physical_parameters(found: Estimate) -> Physical:
-    """The parameters of an estimate, or where they are no bodies' the nearest that are, eq. (1).
+    """The parameters of an estimate, or where they are no bodies' the nearest that are, eq. (2).
 
     Raises
     ------
     RunError
-        the solver did not converge.
+        the search did not converge, or what the user holds at the sheet's values is no body's.
     """
-    wrong = impossible_bodies(found)
-    if not wrong:
-        return Physical(found.full, (), 0.0)
-    return _nearest(found, [body for body in bodies_of(found.rows.names) if _sought(body, found)], wrong)
+    bodies = [body for body in bodies_of(found.rows.names) if found.free[list(body.places)].any()]
+    wrong = tuple(body.name for body in bodies if body.least(found.full) < _EDGE)
+    values = found.full if not wrong else _nearest(found, bodies)
+    off = found.base.K @ values - found.values
+    away = float(np.abs(off / _deviations(found)).max()) if wrong else 0.0
+    return Physical(values, wrong, away, {body.name: log_cholesky(body.pseudo(values)) for body in bodies})
 
 
-def impossible_bodies(found: Estimate) -> tuple[str, ...]:
-    """Bodies that the estimate, with the sheet's values for what it leaves out, gives numbers no body has."""
-    return tuple(
-        body.name for body in bodies_of(found.rows.names) if _sought(body, found) and body.least(found.full) < _EDGE
-    )
+def _deviations(found: Estimate) -> np.ndarray:
+    return np.maximum(found.std, _SHARPEST * np.abs(found.rows.values).max())
 
 
-def _sought(body: Body, found: Estimate) -> bool:
-    return bool(found.free[list(body.places)].any())
-
-
-def _nearest(found: Estimate, bodies: list[Body], wrong) -> Physical:
-    from scipy.optimize import least_squares
-
-    rows, base = found.rows, found.base
-    size = np.maximum(np.abs(rows.values), np.abs(found.full))
+def _nearest(found: Estimate, bodies: list[Body]) -> np.ndarray:
+    """Equation (2) by (3).  (p,)."""
+    sheet, base = found.rows.values, found.base
+    size = np.maximum(np.abs(sheet), np.abs(found.full))
     size = np.where(size > 0, size, 1.0)
-    std = np.maximum(found.std, _SHARPEST * size[base.kept])
     value, vector = np.linalg.eigh(found.cov / np.outer(found.std, found.std))
-    # what lags of correlated noise make of the smallest eigenvalues is not sure to a thousandth
-    whiten = (vector / np.sqrt(np.maximum(value, _LEAST * value[-1]))).T / std
-    rest = np.setdiff1d(np.arange(len(size)), base.kept)
-    weight = np.where(found.free[rest], _W, _HELD) / size[rest]
-    lengths = [body.order * (body.order + 1) // 2 for body in bodies]
-    edges = np.concatenate([[0], np.cumsum(lengths)])
+    whiten = (vector / np.sqrt(np.maximum(value, _LEAST * value[-1]))).T / _deviations(found)
+    rest = np.setdiff1d(np.flatnonzero(found.free), base.kept)
+    prior = np.zeros((len(rest), len(size)))
+    prior[np.arange(len(rest)), rest] = _W / size[rest]
+    A = np.concatenate([whiten @ base.K, prior])
+    b = np.concatenate([whiten @ found.values, prior @ sheet])
+    move = np.flatnonzero(found.free)  # what is held is no variable
+    A_y = A[:, move] * size[move]
+    slopes = []
+    for body in bodies:
+        S = np.zeros((len(size), body.order, body.order))
+        S[list(body.places)] = body.basis()
+        slopes.append(S[move] * size[move][:, None, None])
+    pi = _inside(found, bodies)
+    order = sum(body.order for body in bodies)
+    t = order / max(1.0, float(np.sum((A @ pi - b) ** 2)))
+    while True:
+        pi = _centred(pi, t, A, b, A_y, slopes, bodies, move, size)
+        q = float(np.sum((A @ pi - b) ** 2))
+        if order / t < _GAP * max(1.0, q):
+            return pi
+        t *= _GROWTH
 
-    def parameters(lam):
-        pi, slope = found.full.copy(), np.zeros((len(size), edges[-1]))
-        for body, a, b in zip(bodies, edges[:-1], edges[1:], strict=True):
-            pi[list(body.places)], slope[list(body.places), a:b] = body.made(lam[a:b])
-        return pi, slope
 
-    def residual(lam):
-        pi = parameters(lam)[0]
-        # the 1: ftol is then a share of one deviation, not of a sum that may go to 0
-        return np.concatenate([whiten @ (base.K @ pi - found.values), weight * (pi - rows.values)[rest], [1.0]])
-
-    def slope(lam):
-        d = parameters(lam)[1]
-        return np.concatenate([whiten @ (base.K @ d), weight[:, None] * d[rest], np.zeros((1, len(lam)))])
-
-    start = np.concatenate([_start(body, found.full, rows.values) for body in bodies])
-    answer = least_squares(residual, start, jac=slope, xtol=1e-10, ftol=_STILL, gtol=None, max_nfev=_EVALUATIONS)
-    pi = parameters(answer.x)[0]
-    if not (answer.success and np.isfinite(pi).all()):
-        raise RunError("no bodies were found that are near the estimate", value=str(answer.message), cure=_CURE)
-    return Physical(pi, wrong, float(np.abs((base.K @ pi - found.values) / std).max()))
+def _centred(pi, t, A, b, A_y, slopes, bodies, move, size) -> np.ndarray:
+    """The least of (3) for one t, from a pi inside."""
+    for _ in range(_STEPS):
+        r = A @ pi - b
+        gradient, hessian = 2 * t * (A_y.T @ r), 2 * t * (A_y.T @ A_y)
+        for body, S in zip(bodies, slopes, strict=True):
+            X = np.linalg.solve(body.pseudo(pi), S)  # J^-1 dJ/dy, one matrix a variable
+            gradient -= np.trace(X, axis1=1, axis2=2)
+            hessian += np.einsum("aij,bji->ab", X, X)
+        scale = np.sqrt(np.diag(hessian))
+        step = -np.linalg.solve(hessian / np.outer(scale, scale), gradient / scale) / scale
+        decrement = float(-gradient @ step)
+        if decrement < 1e-8:  # (3) is within it of its least
+            return pi
+        share = 1.0 if decrement < 0.06 else 1 / (1 + np.sqrt(decrement))  # such steps stay inside, and (3) falls
+        new = pi.copy()
+        new[move] += share * size[move] * step
+        while not all(body.least(new) > 0 for body in bodies):  # for rounding at the very edge
+            share /= 2
+            if share < 1e-12:
+                return pi
+            new = pi.copy()
+            new[move] += share * size[move] * step
+        if share < 1 and np.abs(share * step).max() < 1e-13:
+            return pi
+        pi = new
+    raise RunError("no bodies were found near the estimate", value=f"{_STEPS} steps of Newton's method", cure=_CURE)
 
 
 _CURE = "log a longer motion, or name fewer parameters with free"
 
 
-def _start(body: Body, full, sheet) -> np.ndarray:
-    """lambda of the estimate's body, or where that cannot exist of the nearest on the edge and a little of the sheet's."""
-    J, usual = body.pseudo(full), body.pseudo(sheet)
-    scale = np.sqrt(np.maximum(np.abs(np.diag(J)), np.abs(np.diag(usual))))
-    scale[scale == 0] = 1.0
-    J, usual = J / np.outer(scale, scale), usual / np.outer(scale, scale)
-    value, vector = np.linalg.eigh(J)
-    if value[0] < _INSIDE:
-        J = (vector * np.maximum(value, 0)) @ vector.T + _INSIDE * (np.eye(body.order) + usual)
-    return log_cholesky(J * np.outer(scale, scale))
+def _inside(found: Estimate, bodies: list[Body]) -> np.ndarray:
+    """A start well inside: the sheet's bodies, and where the sheet has a number that is 0 a part of the estimate's."""
+    pi = np.where(found.free, found.rows.values, found.full)
+    for body in bodies:
+        share = 1e-3
+        while body.least(pi) < 1e-6:
+            places = [k for k in body.places if found.free[k]]
+            if share > 1 or len(places) < len(body.places):
+                raise RunError(
+                    "the sheet's values are no body's, and some are held",
+                    where=body.name,
+                    cure="let free name all of it",
+                )
+            J = body.pseudo(pi)
+            usual = np.abs(np.diag(J)).max() or 1.0
+            pi[places] = np.einsum("kij,ij->k", body.form, J + share * usual * np.eye(body.order))
+            share *= 10
+    return pi

@@ -41,7 +41,7 @@ class Estimate:
     sigma: np.ndarray  # (n,) deviation of a joint's residuals, N
     residual_rms: float  # N
     held_out_rms: float  # N
-    memory: int  # rows over which residuals are alike
+    memory: float  # rows that tell as much as one that is independent
 
     @property
     def std(self) -> np.ndarray:
@@ -105,8 +105,8 @@ def _check_asked(names, base, free) -> None:
         meant = [name for name in names if _means(word, name)]
         if all(seen[name] == "not" for name in meant):
             raise LogError(
-                f"the motion does not show {word}", value=f"its part of the forces is below {1 / LIMIT:g} of their noise",
-                cure=_CURE,
+                f"the motion does not show {word}", cure=_CURE,
+                value=f"its part of the forces is below {1 / LIMIT:g} of their noise",
             )  # fmt: skip
 
 

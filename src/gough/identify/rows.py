@@ -26,6 +26,7 @@ from ..machine.base import Machine
 from .signals import CUTOFF, Signals, signals_of
 
 SLOW = 0.02  # of a joint's greatest speed: below it friction is not Coulomb's but sticks, creeps or has no sign
+CREEP = 1e-4  # m/s; the same on any machine tool, whose Stribeck speeds are millimetres a second
 _CHUNK = 8192  # samples whose regressor is held at once
 FRICTION = ("coulomb", "viscous", "offset")
 _LOADED = {"coulomb": "1", "viscous": "s/m"}  # of coefficients of a normal force
@@ -47,7 +48,9 @@ class Rows:
     samples: int = 0  # of the log that they were made of
 
 
-def rows_of_motion(machine: Machine, x, xd, xdd, u, friction: Sequence[str] = ("coulomb", "viscous"), used=None) -> Rows:
+def rows_of_motion(
+    machine: Machine, x, xd, xdd, u, friction: Sequence[str] = ("coulomb", "viscous"), used=None
+) -> Rows:
     """The rows of a motion whose derivatives are known: x, xd, xdd (N, d), u (N, n).
 
     `friction`: which of coulomb, viscous and offset have columns for every joint.
@@ -76,9 +79,9 @@ def rows_of_log(
 ) -> Rows:
     """The rows of a log, from its q_m and u; `cutoff` and `hold` as in `signals_of`.
 
-    friction="known" takes the log's own friction off the forces; no column of it is left.  With columns of it, rows of
-    a joint that is slower than `slow` times its greatest speed anywhere in their block are left out, and always those
-    of a drive at its limit.
+    friction="known" takes the log's own friction off the forces; no column of it is left.  With columns of it, rows are
+    left out of a joint that is slower than CREEP, or `slow` times its greatest speed, anywhere in their block; and
+    always those of a drive at its limit.
 
     Raises
     ------
@@ -91,14 +94,16 @@ def rows_of_log(
     stretches = signals_of(log, machine, cutoff, hold)
     if known and stretches[0].friction is None:
         raise LogError("the log has no friction that is known", key="friction", cure="leave friction to be estimated")
-    least = slow * np.max([np.abs(s.qd).max(0) for s in stretches], axis=0) if kinds else np.zeros(machine.joints_count)
+    fastest = np.max([np.abs(s.qd).max(0) for s in stretches], axis=0)
+    least = np.maximum(slow * fastest, CREEP) if kinds else 0 * fastest
     Ts = stretches[0].Ts
     block = 1 if cutoff is None else max(1, round(0.5 / (cutoff * Ts)))
     parts = [_averaged(machine, s, block, kinds, least, known) for s in stretches]
     Y, u, used = (np.concatenate([part[i] for part in parts]) for i in range(3))
     if not used.any():
         raise LogError(
-            "no joint moves faster than friction sticks", value=f"greatest speed {_fastest(stretches):.3g} m/s",
+            "no joint moves faster than friction sticks", value=f"greatest speed {fastest.max():.3g} m/s",
+            limit=f"{CREEP:g} m/s",
             cure="log a motion, for example that of gough.identify.excite",
         )  # fmt: skip
     return Rows(Y, u, used, names, units, values, machine.joint_names, block * Ts, sum(len(s.t) for s in stretches))
@@ -197,7 +202,3 @@ def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
     sign = np.sign(s.qd[:m]).reshape(-1, block, n)
     same = (sign == sign[:, :1]).all(1) if friction else True
     return np.concatenate(out), u[:m].reshape(-1, block, n).mean(1), good[:m].reshape(-1, block, n).all(1) & same
-
-
-def _fastest(stretches) -> float:
-    return float(max(np.abs(s.qd).max() for s in stretches))

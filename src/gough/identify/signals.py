@@ -2,7 +2,8 @@
 
 The joints' readings, the forces and the signs of the speeds are all filtered alike, by a low-pass that delays
 nothing: the gain 1 / (1 + (f / f_c)^8), that of a Butterworth filter of fourth order run forwards and backwards.  What
-it takes from a sudden force it takes from the acceleration that the force makes.  A spline of fifth order through the readings gives q, q', q''.  Then, on the machine as believed,
+it takes from a sudden force it takes from the acceleration that the force makes.  A spline of fifth order through the
+readings gives q, q', q''.  Then, on the machine as believed,
 
     x from q by forward kinematics,   xd = J^-1 q',   xdd = J^-1 (q'' - J' xd)                                     (1)
 
@@ -65,8 +66,7 @@ def signals_of(log, machine, cutoff: float | None = CUTOFF, hold: float | None =
         )  # fmt: skip
     trim = _FEWEST // 8 if cutoff is None else int(np.ceil(2 / (cutoff * Ts))) if Ts else 0
     cuts = np.concatenate([[0], np.flatnonzero(steps > _GAP * Ts) + 1, [len(t)]])
-    near = log["x_r"] if "x_r" in log else None
-    friction = log["friction"] if "friction" in log else None
+    near, friction = (log[name] if name in log else None for name in ("x_r", "friction"))  # noqa: SIM401
     found = []
     for a, b in zip(cuts[:-1], cuts[1:], strict=True):
         if b - a < 2 * trim + _FEWEST:

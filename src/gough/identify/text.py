@@ -35,7 +35,9 @@ def text(fit: Fit) -> str:
         lines.append(f"{row[0].ljust(widths[0])}  {numbers}  {row[3].ljust(widths[3])}  {row[4]}".rstrip())
     lines.insert(3, "-" * max(map(len, lines)))
     lines.append("")
-    lines.append("deviation: standard deviation; where the model holds, 95 of 100 estimates are within two of the truth")
+    lines.append(
+        "deviation: standard deviation; where the model holds, 95 of 100 estimates are within two of the truth"
+    )
     if any(row[4].endswith("*") for row in cells):
         lines.append(f"* more than {_FAR:g} deviations from the sheet")
     lines.append(

@@ -6,7 +6,7 @@
     [forces]  columns = ["i1", "i2"]    unit = "A"  factor = "0.6 N m"      what the drives gave
     [text]    delimiter = ";"  decimal = ","                                of CSV
     [gaps]    longest = "5 ms"  most = "1 %"                                what may be missing
-    [identify] cutoff = "100 Hz"  friction = ["coulomb", "offset"]          what gough identify takes where nothing is said
+    [identify] cutoff = "100 Hz"  friction = ["coulomb", "offset"]          of gough identify, where nothing is said
 
 `factor` is the force or the motor torque that one of `unit` stands for; without it `unit` is itself one of either.  A
 torque becomes a force by the lead of the machine's screws.

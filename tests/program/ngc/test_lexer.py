@@ -224,12 +224,12 @@ def test_the_longest_line_of_linuxcnc_is_read_and_no_longer_one():
     ],
 )
 def test_no_line_takes_long_however_wrong_it_is(text):
-    start = time.perf_counter()
+    start = time.process_time()
     for _ in range(20):
         plain(text, 1)
         with contextlib.suppress(ProgramError):
             read_line(text, 1, False)
-    assert time.perf_counter() - start < 0.2  # 10 ms a line is a thousand times more than it needs
+    assert time.process_time() - start < 0.2  # 10 ms a line is a thousand times more than it needs
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from pydantic import Field
 
 from ...declare import Array, quantity
 from ...errors import ExperimentError
@@ -30,13 +29,22 @@ class Fourier(Program):
     """
 
     period: float = quantity("s", "the common period", above=0, at_most=3600)
-    cycles: int = Field(1, ge=1, le=10_000, description="periods that are run, one behind the other")
+    cycles: float = quantity(
+        "",
+        "periods that are run, one behind the other; a whole number",
+        default=1.0,
+        theta=False,
+        above=0,
+        at_most=10_000,
+    )
     sine: Array | None = quantity("m", "sines of x y z, a row a harmonic", default=None, theta=False, shape=(-1, -1))
     cosine: Array | None = quantity("m", "cosines of x y z", default=None, theta=False, shape=(-1, -1))
     turn_sine: Array | None = quantity("rad", "sines of a b c", default=None, theta=False, shape=(-1, -1))
     turn_cosine: Array | None = quantity("rad", "cosines of a b c", default=None, theta=False, shape=(-1, -1))
 
     def model_post_init(self, context) -> None:
+        if self.cycles != round(self.cycles):
+            raise ExperimentError("must be a whole number", key="cycles", value=f"{self.cycles:g}")
         given = {key: getattr(self, key) for key in _SERIES if getattr(self, key) is not None}
         if not given:
             raise ExperimentError("a motion needs a coefficient", key="sine", cure="give sine, cosine or turn_sine")
@@ -95,7 +103,7 @@ class Fourier(Program):
     @property
     def nodes(self) -> np.ndarray:
         """Times of the points that the path goes through.  (m + 1,) s."""
-        steps = _POINTS * self.harmonics * self.cycles
+        steps = _POINTS * self.harmonics * round(self.cycles)
         return np.linspace(0.0, self.period * self.cycles, steps + 1)
 
     def path(self) -> Path:

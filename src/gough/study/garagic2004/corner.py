@@ -4,8 +4,8 @@ A previewed corner has a ramp in the place of the jump, C the corner and dv the 
 
     p(tau) = C + v (T_0 + T_1) / 2 tau + dv (tau^2 / (2 T) + T / 8),   |tau| <= T / 2                             (1)
 
-with its derivatives (docs/theory/corner.md).  When the corner falls between two samples, the controller hears of it up to a sample later; `wait` is that time as a
-share of a sample, and every run says its own.
+with its derivatives (docs/theory/corner.md).  When the corner falls between two samples, the controller hears of it up
+to a sample later; `wait` is that time as a share of a sample.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Limits(NamedTuple):
 def ideal():
     """The machine without friction, counts and limits."""
     true = machine()
-    return true.frictionless().replace(drive=true.drive.unlimited())
+    return true.frictionless().replace(drive=true.drive.perfect())
 
 
 def law(**options) -> DesiredTorqueAdaptive:
