@@ -51,17 +51,19 @@ def identify_log(
     fit = identify(record, believed, sought, friction=kinds, cutoff=low)
     outcome.data.update(machine=fit.machine.name, log=str(log), cutoff=low, friction=friction, **fit.to_json())
     outcome.data["rows_of"] = of = max(1, round(fit.estimate.rows.samples / len(fit.estimate.rows.u)))
+    told = f"{fit}\n{'no filter' if low is None else f'low-pass {low:g} Hz'}, then means of {of} samples"
     if not quiet and not outcome.as_json:
-        outcome.say(fit, f"{'no filter' if low is None else f'low-pass {low:g} Hz'}, then means of {of} samples")
+        outcome.say(told)
     if compared:
         laws = compare(rows_of_log(record, believed, ("coulomb", "viscous"), low))
         outcome.data["friction_laws"] = [one.to_json() for one in laws]
+        told += f"\n\n{text(laws)}"
         if not quiet and not outcome.as_json:
             outcome.say("", text(laws))
     if out is not None:
         as_json = out.suffix.lower() == ".json"
-        told = json.dumps(plain(outcome.data), indent=1, allow_nan=False) if as_json else str(fit)
-        write_atomic(out, told + "\n")
+        written = json.dumps(plain(outcome.data), indent=1, allow_nan=False) if as_json else told
+        write_atomic(out, written + "\n")
         outcome.data["file"] = str(out)
 
 

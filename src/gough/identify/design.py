@@ -126,9 +126,9 @@ def _limits(machine, x, xd, xdd, qd, force):
     p, z = machine, machine.coordinates_of(machine, x)
     z_home = machine.coordinates_of(machine, ca.DM(np.asarray(machine.home, float)))
     names, parts = [], []
-    space = workspace_of(p, z)
+    space = workspace_of(machine, p, z)
     if space.numel():
-        bound = np.array(ca.evalf(ca.SX(workspace_of(p, z_home)))).ravel()
+        bound = np.array(ca.evalf(ca.SX(workspace_of(machine, p, z_home)))).ravel()
         names += [f"workspace {i + 1}" for i in range(len(bound))]
         parts.append(space / ca.DM(np.where(bound > 1e-6, bound, 1.0)))
     told, margin = machine.margins(p, z)

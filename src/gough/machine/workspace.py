@@ -46,7 +46,7 @@ def workspace_margins(machine, z) -> np.ndarray:
 
 def workspace_of(machine, p, z):
     """The same of the view `p` of `machine`, symbolic.  (len(z),) -> (k,)."""
-    space, home = p.limits.workspace, p.home
+    space, home = p.limits.workspace, ca.SX(p.home)
     if space is None:
         return ca.SX(0, 1)
     position, quat = machine.tool_pose_of(p, z)
