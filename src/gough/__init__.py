@@ -35,8 +35,9 @@ _PUBLIC = {
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
-    "EquivalentError": "control.equivalent_error",
+    "DisturbanceObserver": "observe.disturbance",
     "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
+    "EquivalentError": "control.equivalent_error",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "linearize": "simulate.linear",
@@ -44,13 +45,14 @@ _PUBLIC = {
     "measure": "measure",
     "identify": "identify.fit",
     "report": "report",
+    "monitor": "monitor",
     "export": "export",
     "load_experiment": "experiment",
     "GoughError": "errors",
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "identify", "report", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "identify", "report", "monitor", "export")  # packages that are also called
 
 __all__ = [*_PUBLIC]
 

@@ -32,6 +32,7 @@ FLOORS = [
     {"simulate"},
     {"identify"},
     {"report", "export"},
+    {"monitor", "identify"},
     {"study"},
     {"experiment"},
     {"cli"},

@@ -113,7 +113,7 @@ def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, 
         elif name in specs and value is not None:
             key = above + name
             # the one number that has a table to itself
-            key = next((f"{key}.{own}" for own in ("pose", "tip") if document.line(f"{key}.{own}")), key)
+            key = next((f"{key}.{own}" for own in ("pose", "tip", "place") if document.line(f"{key}.{own}")), key)
             value = value.tolist() if isinstance(value, np.ndarray) else value
             out.append((key, value, specs[name].unit, specs[name].meaning))
     return out

@@ -46,7 +46,7 @@ def workspace_margins(machine, z) -> np.ndarray:
 
 def workspace_of(machine, p, z):
     """The same of the view `p` of `machine`, symbolic.  (len(z),) -> (k,)."""
-    space, home = p.limits.workspace, p.home
+    space, home = p.limits.workspace, ca.SX(p.home)
     if space is None:
         return ca.SX(0, 1)
     position, quat = machine.tool_pose_of(p, z)
@@ -126,7 +126,7 @@ def beyond(machine, index: int, margin: float, place: str | None, time: float | 
 
 def condition(machine, J) -> np.ndarray:
     """Condition number of J (..., n, d), its rotation columns divided by the platform's radius (rms).  (...)."""
-    if J.shape[-1] == 3:
+    if J.shape[-1] in (1, 3):
         return np.linalg.cond(J)
     B = machine.joints.platform
     radius = np.sqrt(((B - B.mean(0)) ** 2).sum(-1).mean())

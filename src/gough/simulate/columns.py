@@ -21,8 +21,8 @@ SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 RESIDUAL = "observer.encoder_residual"
 
 
-def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
-    """The variables of the log that were asked for; None for all.
+def chosen(signals, state, machine, drifts: bool = False, more=()) -> set[str] | None:
+    """The variables of the log that were asked for; None for all.  `more` are names of others there are.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
+    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else []), *more]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -53,8 +53,9 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
     """
     z = tool_rows(row)[part]
     course = _course(reference, row, part)
-    if reference.x.shape[-1] == 3:
-        x = z[..., :3]
+    d = reference.x.shape[-1]
+    if d < 6:
+        x = z[..., :3] if d == 3 else row["z"][part][..., :d]  # an axis counts along its rail
     else:
         x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
         x_r = course["x_r"][..., 3:]

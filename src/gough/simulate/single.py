@@ -19,7 +19,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start, stopped
+from . import columns, observed, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
 from .supervise import supervision_of
@@ -33,11 +33,12 @@ CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and
 class Single:
     """One run: what is fixed before it, and what it collects."""
 
-    def __init__(self, machine, controller, program, plant, run, strict: bool):
+    def __init__(self, machine, controller, program, plant, run, strict: bool, observer=None):
         with BUILDING:
             self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
             self.true = plant.true_machine
             self.law = controller.on(machine, run.period)
+            self.observer = None if observer is None else observer.on(machine, run.period)
             self.motion = program.plan(machine)
             self.law.check_motion(self.motion, run.period)
             self.ticks = self.motion.count(run.period)
@@ -71,15 +72,16 @@ class Single:
         first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         drifts = bool(plant.friction_drift)
-        self.signals = columns.chosen(run.signals, self.state, self.true, drifts)
+        self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
         schedule = start.schedule_of(
             self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
             self.asked, self.signals, drifts,
         )  # fmt: skip
-        self.kernel = kernels.compile(schedule)
+        self.kernel = kernels.compile(observed.with_observer(schedule, self.observer))
         self.simulation = self.kernel.start(
-            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts),
-            start.states(schedule, first, self.row),
+            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts)
+            | observed.parameters(self.observer),
+            start.states(schedule, first, self.row) | observed.states(self.observer, self.row.x),
             seed=run.seed,
         )
 
@@ -126,6 +128,7 @@ class Single:
             columns.columns(
                 run.period, k, part, reference, row, book, contour, self.plant.wrench, self.state, self.signals
             )
+            | observed.columns(self.observer, row, part, self.signals)
         )
         return n
 
@@ -136,7 +139,7 @@ class Single:
         joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in names}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
-            dim, units, meaning = columns.told(self.law, name)
+            dim, units, meaning = observed.told(self.observer, name) or columns.told(self.law, name)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
         metrics = self.sums.result()

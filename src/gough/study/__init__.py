@@ -23,7 +23,7 @@ PAPERS: dict[str, str | None] = {
     "honegger1998": "honegger1998",
     "chen2008": "chen2008",
     "bouzgarrou2001": None,
-    "okuda2006": None,
+    "okuda2006": "okuda2006",
 }
 
 
