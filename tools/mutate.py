@@ -7,6 +7,8 @@ module's tests are run there until the first that fails.  No file is changed.
 
     python tools/mutate.py                     all; writes docs/mutation.md
     python tools/mutate.py machine/strut.py    some; prints only
+    --again                                    those that docs/mutation.md says nothing saw, or does not have, and all
+                                               of the modules that are named; the page gets their rows
     --workers N --list --minutes M             after M minutes no more are begun; the page says which were not run
 
 Exit status 1 if a sign error was seen by no test, and is not in EQUIVALENT with the reason why it changes nothing.
@@ -21,7 +23,9 @@ import importlib
 import importlib.abc
 import importlib.util
 import os
+import resource
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -29,7 +33,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SRC = ROOT / "src" / "gough"
-LONGEST = 300  # s; a mutant that runs longer hangs, and a test that hangs is seen
+LONGEST = (
+    300  # s of processor; a mutant that runs longer hangs, and a test that hangs is seen: no suite needs half of it
+)
+PAGE = ROOT / "docs" / "mutation.md"
 
 _DYNAMICS = [f"tests/machine/test_{name}.py" for name in ("hexapod_dynamics", "reactions", "signs")]
 _MACHINE = [
@@ -44,6 +51,14 @@ _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_
 _ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
 _PEERS = ["tests/export", "tests/oracle"]
 _PASSIVE = "tests/machine/test_passive.py"
+_RAILS = [
+    "tests/machine/test_hexaglide.py",
+    "tests/published/test_honegger_model.py",
+    "tests/simulate/test_hexaglide_run.py",
+]
+_RAILS += [_PASSIVE, "tests/machine/test_hexaglide_limits.py"]
+_ADAPTIVE = [f"tests/control/test_{name}.py" for name in ("adaptation", "sliding", "fuzzy_friction")]
+_LINEAR = ["tests/simulate/test_linear.py", "tests/control/test_poles.py"]
 _RUN = [f"tests/simulate/test_{name}.py" for name in ("run", "plant", "joint_forces")]
 
 # module -> its tests, the likeliest first, and functions whose signs are of no equation
@@ -66,16 +81,31 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "simulate/trip.py": (_STOP[:1], {"tripped"}),
     "simulate/safe_stop.py": (_STOP[1:], set()),
     "simulate/supervise.py": (_STOP[1:], {"supervision_of", "states", "_with"}),
-    "simulate/stability.py": (["tests/simulate/test_joint_forces.py", *_RUN, "tests/control"], set()),
+    "simulate/stability.py": ([*_RUN[::-1], "tests/simulate/test_set_up.py", "tests/control"], set()),
     "simulate/plant.py": (_RUN[1:2] + _RUN[:1], set()),
+    "simulate/linear.py": (_LINEAR, set()),
+    "simulate/loop.py": (_LINEAR, set()),
+    "simulate/bandwidth.py": (_LINEAR, set()),
+    "simulate/drift.py": (["tests/simulate/test_drift.py"], set()),
+    "simulate/joints.py": (_RUN[2:], set()),
     "observe/encoders.py": (["tests/observe/test_encoders.py", *_STOP[1:]], set()),
     "observe/forward.py": (["tests/observe", *_LAWS], set()),
     "control/pid.py": (_LAWS, set()),
     "control/computed_torque.py": (_LAWS, set()),
     "control/base.py": ([*_LAWS, *_RUN], set()),
+    "control/adaptation.py": (_ADAPTIVE[:2], set()),
+    "control/sliding.py": ([*_ADAPTIVE[1:], *_LAWS], {"_check_adapt"}),
+    "control/robust_adaptive.py": ([*_ADAPTIVE[1:], *_LAWS], set()),
+    "control/fuzzy_friction.py": ([*_ADAPTIVE[2:], *_LAWS], set()),
     "machine/base.py": ([_PASSIVE, _MACHINE[4], *_MACHINE[:4], *_RUN], {"model_post_init"}),
+    "machine/platform.py": ([*_MACHINE, *_RAILS, *_LINEAR[:1]], {"outline"}),
+    "machine/hexaglide.py": (_RAILS, {"drawing"}),
+    "machine/hexaglide_parts.py": (_RAILS[::-1], set()),
+    "machine/rail_limits.py": (_RAILS[::-1], set()),
+    "machine/limits.py": (_ERRORS + _RAILS[::-1], set()),
+    "machine/strut_limits.py": ([*_ERRORS, *_MACHINE[3:5], *_RUN], set()),
     "machine/forward.py": (_DYNAMICS[2:] + _MACHINE[3:5] + _ERRORS, {"_refuse"}),
-    "machine/workspace.py": (_MACHINE[3:5] + _DYNAMICS[2:] + _ERRORS + _RUN, set()),
+    "machine/workspace.py": ([*_MACHINE[3:5], _RAILS[-1], *_ERRORS, *_RUN, *_DYNAMICS[2:]], set()),
     "export/mjcf.py": (_PEERS, set()),
     "export/mjcf_frames.py": (_PEERS, set()),
 }  # fmt: skip
@@ -229,6 +259,8 @@ def _child(mutant: Mutant | None, tests: list[str], log: Path) -> None:
     os.dup2(out, 1)
     os.dup2(out, 2)
     os.environ["GOUGH_CACHE"] = str(log.parent / "cache")
+    if mutant is not None:
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
     sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
     os.chdir(ROOT)
     if mutant is not None:
@@ -241,9 +273,9 @@ def _child(mutant: Mutant | None, tests: list[str], log: Path) -> None:
     os._exit(int(status))
 
 
-def run(jobs, workers: int, folder: Path, tell, limit: float = LONGEST, until: float = float("inf")):
+def run(jobs, workers: int, folder: Path, tell, until: float = float("inf")):
     """Exit status of each job (mutant or None, tests), in processes of their own, `workers` at a time; "hangs" after
-    `limit` s.  None is begun after `until`, and its status is None."""
+    LONGEST s of processor or an hour.  None is begun after `until`, and its status is None."""
     results: dict[int, tuple[object, Path]] = {}
     running: dict[int, tuple[int, float, Path]] = {}
     todo = list(enumerate(jobs))
@@ -260,12 +292,13 @@ def run(jobs, workers: int, folder: Path, tell, limit: float = LONGEST, until: f
         time.sleep(0.05)
         for pid, (number, start, log) in list(running.items()):
             done, status = os.waitpid(pid, os.WNOHANG)
-            late = time.monotonic() - start > limit
-            if not done and late:
+            late = not done and time.monotonic() - start > 3600
+            if late:
                 os.kill(pid, signal.SIGKILL)
-                os.waitpid(pid, 0)
-            if done or late:
-                results[number] = ("hangs" if late and not done else os.waitstatus_to_exitcode(status), log)
+                done, status = os.waitpid(pid, 0)
+            if done:
+                code = os.waitstatus_to_exitcode(status)
+                results[number] = ("hangs" if late or code in (-signal.SIGXCPU, -signal.SIGKILL) else code, log)
                 del running[pid]
                 tell(number, *results[number])
     return [results.get(k, (None, folder)) for k in range(len(jobs))]
@@ -285,12 +318,17 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--minutes", type=float, default=float("inf"))
     parser.add_argument("--list", action="store_true", help="only list the mutants")
+    parser.add_argument("--again", action="store_true", help="on top of the page, which gets the new rows")
     given = parser.parse_args()
-    chosen = given.modules or list(MODULES)
-    planted = [mutant for module in chosen for mutant in mutants(module)]
+    planted = [
+        m for module in (MODULES if given.again or not given.modules else given.modules) for m in mutants(module)
+    ]
+    rows, history = kept(planted, given.modules) if given.again else ({}, [])
+    planting = [number for number in range(len(planted)) if number not in rows]
+    chosen = list(dict.fromkeys(planted[number].module for number in planting))
     if given.list:
-        for mutant in planted:
-            print(mutant.key)
+        for number in planting:
+            print(planted[number].key)
         return 0
     for name in ("casadi", "h5py", "llvmlite.binding", "pydantic", "pytest", "scipy.linalg", "xarray"):
         importlib.import_module(name)  # once, before the forks
@@ -301,13 +339,13 @@ def main() -> int:
         every = sorted({test for tests in suites.values() for test in tests})
         every = [test for test in every if not any(test.startswith(f"{other}/") for other in every)]
         # once without a mutant: must be right, and fills the cache of compiled code
-        ((status, log),) = run([(None, every)], 1, folder, lambda *_: None, 3600)
+        ((status, log),) = run([(None, every)], 1, folder, lambda *_: None)
         if status != 0:
             print(f"the tests fail without any mutant: {first_failure(log)}", flush=True)
             return 2
-        rows: dict[int, tuple[str, str]] = {}
 
-        def tell(number, status, log):
+        def tell(k, status, log):
+            number = planting[k]
             mutant = planted[number]
             by = "" if status == 0 else ("a test that no longer ends" if status == "hangs" else first_failure(log))
             said = f"caught by {by}" if by else ("equivalent" if mutant.key in EQUIVALENT else "NOT CAUGHT")
@@ -315,42 +353,86 @@ def main() -> int:
             print(f"{mutant.module}:{mutant.place[0]}: {mutant.piece}   {said}", flush=True)
 
         until = time.monotonic() + 60 * given.minutes
-        run([(mutant, suites[mutant.module]) for mutant in planted], given.workers, folder, tell, until=until)
+        jobs = [(planted[k], suites[planted[k].module]) for k in planting]
+        run(jobs, given.workers, folder, tell, until=until)
     missed = [planted[k] for k in sorted(rows) if rows[k][0] == "NOT CAUGHT"]
     print(f"{len(rows)} of {len(planted)} sign errors planted, {len(missed)} not caught")
     for mutant in missed:
         print("NOT CAUGHT", mutant.key)
-    if not given.modules:
-        write(planted, rows)
+    if given.again or not given.modules:
+        done = len(planting) - len(planted) + len(rows)
+        where = "all modules" if not given.again else ", ".join(chosen)
+        write(planted, rows, [*history, f"- {done} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"])
     return 1 if missed else 0
 
 
-def write(planted, rows) -> None:
+def _commit() -> str:
+    """What was run: the commit, and whether files differ from it."""
+    command = ["git", "-C", str(ROOT), "describe", "--always", "--exclude=*", "--dirty= with changes"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
+
+
+def _cells(mutant: Mutant) -> tuple[str, str]:
+    """Line and changed piece, as the page shows them."""
+    piece = mutant.piece if len(mutant.piece) < 70 else mutant.piece[:67] + "..."
+    return str(mutant.place[0]), f"`{piece}`".replace("|", "\\|")
+
+
+NOTHING, NOT_RUN = "**nothing**", "not run in this campaign"
+
+
+def kept(planted, anew) -> tuple[dict, list[str]]:
+    """Rows of the page that stand, by number, and its runs: of modules not in `anew` whose signs are as they were."""
+    found, history, module = {}, [], ""
+    for line in PAGE.read_text().splitlines():
+        if line.startswith("## "):
+            module = line[3:]
+        elif line.startswith("- "):
+            history.append(line)
+        elif line.startswith("| ") and not line.startswith("| line"):
+            number, rest = line[2:-2].split(" | ", 1)
+            piece, by = rest.rsplit(" | ", 1)
+            found.setdefault(module, []).append((number, piece, by))
+    rows = {}
+    for module, old in found.items():
+        now = [number for number, mutant in enumerate(planted) if mutant.module == module]
+        if module in anew or [_cells(planted[number]) for number in now] != [row[:2] for row in old]:
+            continue
+        for number, (_, _, by) in zip(now, old, strict=True):
+            if planted[number].key in EQUIVALENT:
+                if by == EQUIVALENT[planted[number].key]:
+                    rows[number] = ("equivalent", "")
+            elif by not in (NOTHING, NOT_RUN):
+                rows[number] = (f"caught by {by}", by.replace("\\|", "|"))
+    return rows, history
+
+
+def write(planted, rows, history) -> None:
     """docs/mutation.md: what was planted, and which test saw it."""
+    caught = sum(bool(by) for _, by in rows.values())
+    unseen = sum(said == "NOT CAUGHT" for said, _ in rows.values())
     text = [
         "# Planted sign errors",
         "",
         "Written by `make mutate`: every sign in the equations changed, one at a time: of machines, mechanics, laws,",
         "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
-    ]
-    caught = sum(bool(by) for _, by in rows.values())
-    unseen = sum(not by and said == "NOT CAUGHT" for said, by in rows.values())
-    text += [
-        f"{len(planted)} signs; {len(rows)} planted, {caught} caught, {unseen} not; the others change nothing.",
+        f"{len(planted)} signs; {len(rows)} planted, {caught} caught, {len(rows) - caught - unseen} change nothing, "
+        f"{unseen} not caught.  The runs, a later one in place of an earlier:",
+        "",
+        *history,
         "",
     ]
-    for module in dict.fromkeys(m.module for m in planted):
-        text += [f"## {module}", "", "| line | changed | seen by |", "|---|---|---|"]
-        for number, mutant in enumerate(planted):
-            if mutant.module == module:
-                said, by = rows.get(number, ("", "not run in this campaign"))
-                by = by or (EQUIVALENT.get(mutant.key) if said == "equivalent" else "**nothing**")
-                piece = mutant.piece if len(mutant.piece) < 70 else mutant.piece[:67] + "..."
-                cells = (str(mutant.place[0]), f"`{piece}`", str(by))
-                text.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    for module in MODULES:
+        text += [f"## {module}", ""]
+        signs = [number for number, mutant in enumerate(planted) if mutant.module == module]
+        text += ["| line | changed | seen by |", "|---|---|---|"] if signs else ["No sign."]
+        for number in signs:
+            said, by = rows.get(number, ("", NOT_RUN))
+            by = by or (EQUIVALENT[planted[number].key] if said == "equivalent" else NOTHING)
+            text.append("| " + " | ".join((*_cells(planted[number]), by.replace("|", "\\|"))) + " |")
         text.append("")
-    (ROOT / "docs" / "mutation.md").write_text("\n".join(text))
+    PAGE.write_text("\n".join(text))
 
 
 if __name__ == "__main__":

@@ -38,6 +38,16 @@ def test_leakage_never_raises_the_distance_from_a_truth_inside_the_ball():
         assert -_leak(theta) * (theta - truth) @ theta <= 1e-15
 
 
+def test_an_estimate_that_nothing_teaches_leaks_away_at_the_rate_times_the_leakage():
+    """Eq. (1) with y = 0 is theta' = -g s theta: g s t = 0.06 here, in 100 steps, whose error is its square / 200."""
+    theta, constant = np.array([1.4, 0.9]), np.array([1.4, 0.9])
+    for _ in range(100):
+        theta = _learned(theta, np.zeros(2), 1e-3, leakage=0.2)
+        constant = _learned(constant, 0.2 * constant, 1e-3, leakage=0.2)  # taught as much as leaks
+    np.testing.assert_allclose(theta, np.array([1.4, 0.9]) * np.exp(-0.06), rtol=3e-5)
+    np.testing.assert_allclose(constant, [1.4, 0.9], rtol=1e-14)
+
+
 def test_no_step_however_long_leaves_the_box():
     rng = np.random.default_rng(4)
     for step in (1e-3, 1.0, 1e6):

@@ -44,6 +44,26 @@ def test_memberships_add_up_to_one_at_every_speed(law):
         np.testing.assert_allclose(np.array(lost).ravel(), 123.0, rtol=1e-14)
 
 
+def test_lopsided_rules_say_what_their_equations_say():
+    """Eqs. (14)-(16) in NumPy, on rules that no mirror turns into themselves."""
+    c, w = np.array([-0.05, -0.002, 0.0, 0.01, 0.03]), np.array([0.03, 0.002, 0.004, 0.006, 0.015])
+    law = gk.FuzzyFriction(slope=100.0, damping=250.0, friction_rate=2e6, centers=c, widths=w)
+    law = law.on(gk.load_machine("okuma-pm600"), 1e-3)
+    A = np.random.default_rng(7).normal(size=(6, 3, 5)) * 100
+    qd = np.array([-0.2, -0.03, -0.001, 0.0004, 0.02, 0.2])
+    x = np.clip(qd, c[0], c[-1])
+    m = np.exp(-(((x[:, None] - c) / w) ** 2))
+    z = np.stack([np.ones(6), x / 0.1, np.tanh(qd / law.friction_smoothing)], -1)
+    wanted = np.einsum("ij,ijk,ik->i", z, A, m / m.sum(1, keepdims=True))
+    lost, _ = compensation(law)(np.concatenate([a.ravel(order="F") for a in A]), qd, np.zeros(6))
+    np.testing.assert_allclose(np.array(lost).ravel(), wanted, rtol=1e-12)
+
+
+def test_rules_for_one_direction_alone_are_a_partition():
+    law = gk.FuzzyFriction(slope=100.0, damping=200.0, centers=[0.04, 0.05], widths=[0.004, 0.004])
+    assert law.centers.tolist() == [0.04, 0.05]
+
+
 def test_nothing_is_known_at_first(law):
     lost, _ = compensation(law)(law.friction_start()[0], np.linspace(-0.1, 0.1, 6), np.zeros(6))
     np.testing.assert_array_equal(np.array(lost).ravel(), 0)

@@ -137,6 +137,22 @@ def test_what_is_learned_is_the_power_of_the_error(nist):
         assert learned == pytest.approx(difference, rel=1e-5, abs=1e-7)
 
 
+def test_the_drives_viscous_friction_is_pushed_through_and_learned_from_the_power_it_takes(nist):
+    """The terms J' F_v J V_s of (7) and, at the reference's motion, of (11): friction takes F_v q' in each joint."""
+    more = nist.replace(**{"friction.viscous_offset": nist.friction.viscous_offset + 50.0})
+    law, heavy = (gk.RobustAdaptive(slope=100.0, damping=300.0, inertia_rate=0.5).on(m, PERIOD) for m in (nist, more))
+    state, r, y, z, V = moving(nist, law, 5)
+    (u, after), (u_more, _) = stepped(law, state, r, y), stepped(heavy, state, r, y)
+    J = number(nist, nist.jacobian_of(nist, ca.SX(ca.DM(z))))
+    e = number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel()
+    V_s = r.xd + 100.0 * e
+    # 1e-9: the residual of the estimate's two Newton steps, 1e-14 m, times the slope, and rounding of u
+    np.testing.assert_allclose(u_more - u, 50.0 * J @ V_s, rtol=1e-9, atol=1e-9)
+    power = (J @ (V_s - V)) @ (nist.friction.viscous_offset * (J @ r.xd))
+    assert law.adapt[1] == "friction.viscous_offset"
+    assert (after.parameters - state.parameters)[1] / (0.5 * PERIOD) == pytest.approx(power, rel=1e-6)
+
+
 @pytest.mark.full
 def test_encoder_noise_drives_the_estimates_of_the_actual_regressor_and_not_those_of_the_desired(nist):
     """4 kHz, 1 um: the square of the speed's noise has a mean, the product of noise and reference has none."""

@@ -194,6 +194,19 @@ def test_gains_are_found_for_a_wanted_bandwidth_and_keep_their_ratio(nist, law):
     assert found.machine is None and found.period is None  # still open, as it was handed in
 
 
+def test_a_loop_that_creeps_for_hours_is_not_taken_for_an_unstable_one(nist):
+    """A pole at 1e-4 1/s: 1e-7 a sample from the unit circle.  The other two, at 20 1/s, set the bandwidth."""
+    found = bandwidth_of(nist.replace(gravity=[0, 0, 0.0]), gk.ComputedTorque(poles=[20.0, 20.0, 1e-4]), 1e-3)
+    # w^2 + 20^2 = sqrt(2) 20^2; half of K_D Ts = 4 % is damping
+    assert found == pytest.approx(20 * np.sqrt(np.sqrt(2) - 1) / 2 / np.pi, rel=0.02)
+
+
+def test_what_goes_straight_through_adds_to_a_response():
+    """x+ = x / 2 + 3 u, y = 5 x + 7 u: 15 / (z - 1/2) + 7; at rest 37, at half the sampling rate -3."""
+    space = [np.array([[value]]) for value in (0.5, 3.0, 5.0, 7.0)]
+    assert_allclose(response(space, 0.1, [0.0, 5.0], 0), [37, -3], atol=1e-12)
+
+
 def test_what_has_no_bandwidth_says_why(nist):
     with pytest.raises(
         ExperimentError, match=r"computed_torque: a loop that is unstable at a period of 1 ms has no band"

@@ -196,6 +196,22 @@ def test_every_fault_is_flagged_in_the_sample_in_which_it_can_be_seen_and_on_its
     assert late <= 4
 
 
+@pytest.mark.full
+def test_how_late_a_stuck_strut_is_flagged_depends_on_where_it_stands_before_its_reversal(nist):
+    """One fault of each row of the table in docs/theory/encoders.md; the last is the worst of its 660."""
+    cases = {0.28: (31, 0.73), 0.26: (50, 0.74), 0.24: (71, 0.65), 0.22: (104, 4.88)}
+    runs = gk.simulate(
+        nist, LAW, CIRCLE, plant=[plant(nist, 3, t, kind="stuck") for t in cases], encoder_check=UNKNOWN, stop_ramp=RAMP
+    )
+    for i, (start, (late, off)) in enumerate(cases.items()):
+        log, k = runs.run(i), round(start * 1e3)
+        first = int(np.argmax(log["encoder_flag"].any(1)))
+        assert first - k == late and log["encoder_flag"][first].nonzero()[0].tolist() == [2]
+        # in the digits that the page gives
+        assert abs(log["q"][first, 2] - log["q_r"][first, 2]) * 1e3 == pytest.approx(off, abs=0.006)
+        assert np.abs(log["q_m"][k:first, 2] - log["q_r"][k:first, 2]).max() < 0.2e-3
+
+
 def test_a_flag_is_latched_while_the_run_goes_on_and_is_told(nist):
     glitch = plant(nist, 3, 0.5, kind="glitch", size=5e-5, duration=0.002)
     with pytest.warns(EncoderWarning, match=r"the encoder of strut 3 is flagged from t = 0.5 s on"):

@@ -93,3 +93,22 @@ def check_upright(path, machine) -> None:
     for bad, rule, cure in rules:
         if bad.any():
             raise ProgramError(rule, line=int(path.line[np.argmax(bad)]) or None, cure=cure)
+
+
+def check_one_axis(path, machine) -> None:
+    """Refuse a path that leaves the line of a machine of one axis, x.
+
+    Raises
+    ------
+    ProgramError
+        with the first such line.
+    """
+    every, moving = np.arange(len(path)), path.length > 0
+    across = np.zeros(len(path), bool)
+    for share in (0.0, 0.25, 0.5, 1.0):  # an arc that runs along x somewhere does not do so everywhere
+        across |= moving & (np.abs(path.tangent(every, share * path.length)[:, 1:]) > 1e-9).any(1)
+    if across.any():
+        raise ProgramError(
+            f"{machine.name} has one axis and moves along X only",
+            line=int(path.line[np.argmax(across)]) or None, cure="leave Y and Z as they are",
+        )  # fmt: skip
