@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import textwrap
 import warnings
 from pathlib import Path
 from typing import NamedTuple
 
-import pytest
+# workers side by side: threads of theirs would stand in each other's way, a hundred times slower
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import pytest  # noqa: E402
 
 
 class Ended(NamedTuple):

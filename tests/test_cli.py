@@ -48,7 +48,7 @@ def test_the_public_api_is_at_most_thirty_names_and_every_one_is_there():
         gk.simulat  # noqa: B018
 
 
-@pytest.mark.parametrize("verb", ["simulate", "measure", "report", "export"])
+@pytest.mark.parametrize("verb", ["simulate", "measure", "identify", "report", "export"])
 def test_a_verb_can_be_called_whoever_imported_its_package_first(verb):
     script = (
         f"import gough.{verb}\nimport gough as gk, inspect\nprint(callable(gk.{verb}), inspect.signature(gk.{verb}))"

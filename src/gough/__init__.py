@@ -31,22 +31,28 @@ _PUBLIC = {
     "Polyline": "program",
     "Spline": "program",
     "PID": "control.pid",
+    "AxisPD": "control.axis_pd",
     "ComputedTorque": "control.computed_torque",
     "RobustAdaptive": "control.robust_adaptive",
     "FuzzyFriction": "control.fuzzy_friction",
+    "DisturbanceObserver": "observe.disturbance",
+    "DesiredTorqueAdaptive": "control.desired_torque_adaptive",
+    "EquivalentError": "control.equivalent_error",
     "Plant": "simulate.plant",
     "simulate": "simulate.run",
     "linearize": "simulate.linear",
     "Log": "log",
     "measure": "measure",
+    "identify": "identify.fit",
     "report": "report",
+    "monitor": "monitor",
     "export": "export",
     "load_experiment": "experiment",
     "GoughError": "errors",
     "InputError": "errors",
     "RunError": "errors",
 }
-_VERBS = ("simulate", "measure", "report", "export")  # packages that are also called: gk.simulate(...)
+_VERBS = ("simulate", "measure", "identify", "report", "monitor", "export")  # packages that are also called
 
 __all__ = [*_PUBLIC]
 

@@ -67,6 +67,8 @@ def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
         else:
             told = item.get("ctx", {})
             rule = (_RULES.get(item["type"]) or item["msg"][:1].lower() + item["msg"][1:]).format(**told)
+            if told.get("class") == "ndarray":
+                rule = "must be an array"
             allowed = told.get("expected")
             found = [
                 Problem(rule, key=key, value=brief(item.get("input")), cure=f"write {allowed}" if allowed else None)

@@ -78,6 +78,29 @@ def rotation_vector_of_quaternion(quat):
     return u * ca.if_else(small, 2 / w * (1 - sine2 / (3 * w * w)), 2 * ca.atan2(sine, w) / ca.if_else(small, 1, sine))
 
 
+def quaternion_of_rotation(R):
+    """Unit quaternion w x y z of a rotation (3, 3), w >= 0.  (4,).  Stable for every angle, as is its derivative."""
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    found, best = None, None
+    for i in range(4):  # four times the i-th column of q q', and its entry on the diagonal
+        if i == 0:
+            size = 1 + trace
+            column = ca.vertcat(size, R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
+        else:
+            a = i - 1
+            b, c = (a + 1) % 3, (a + 2) % 3
+            size = 1 + 2 * R[a, a] - trace
+            rest = {a: size, b: R[a, b] + R[b, a], c: R[a, c] + R[c, a]}
+            column = ca.vertcat(R[c, b] - R[b, c], *[rest[k] for k in range(3)])
+        if found is None:
+            found, best = column, size
+        else:
+            better = size > best
+            found, best = ca.if_else(better, column, found), ca.if_else(better, size, best)
+    quat = found / ca.norm_2(found)
+    return ca.if_else(quat[0] < 0, -quat, quat)
+
+
 def quaternion_of_abc(abc):
     """Quaternion of Rz(c) Ry(b) Rx(a), eq. (1).  (4,)."""
 

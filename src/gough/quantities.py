@@ -117,7 +117,7 @@ def written(value: Any, spec: Quantity) -> Any:
 
 
 def shape_text(shape: tuple[int, ...]) -> str:
-    return " x ".join(map(str, shape)) if shape else "a single value"
+    return " x ".join("n" if size < 0 else str(size) for size in shape) if shape else "a single value"
 
 
 def with_unit(value: float, unit: str) -> str:

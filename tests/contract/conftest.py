@@ -10,6 +10,7 @@ MACHINES = [
     "nist-octahedral",
     "okuma-pm600",
     "eth-hexaglide",
+    "ccu-3prs",
 ]
 
 

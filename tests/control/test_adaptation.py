@@ -77,8 +77,8 @@ def test_a_number_that_is_none_stays_none():
 @pytest.mark.parametrize(
     ("bounds", "text"),
     [
-        ([1.5, 0.5], "lower bound must be below"),
-        ([1.0, 1.0], "lower bound must be below"),
+        ([1.5, 0.5], r"lower bound must be below the upper, got \[1.5, 0.5\]; write \[0.5, 1.5\]"),
+        ([1.0, 1.0], r"lower bound must be below the upper, got \[1, 1\]; leave room on both sides of 1"),
         ([1.1, 2.0], "first estimate"),
     ],
 )

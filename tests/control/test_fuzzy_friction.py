@@ -100,16 +100,20 @@ def test_it_learns_a_stribeck_curve_it_was_never_told(law):
         missing = friction(qd) - np.array(lost).ravel()
         _, after = f(weights, qd, missing * 1e-4)
         weights = np.array(after).ravel()
-    grid = np.linspace(-0.05, 0.05, 41)
+    grid = np.linspace(-0.01, 0.01, 81)
     found = np.array([np.array(f(weights, np.full(6, v), np.zeros(6))[0]).ravel()[0] for v in grid])
     rms = np.sqrt(np.mean((found - friction(grid)) ** 2))
-    assert rms < 0.15 * np.sqrt(np.mean(friction(grid) ** 2))
+    # what no rules can: the best sum of a sign and a line misses the rise, 11 % of the friction near rest
+    plain = np.column_stack([grid, np.tanh(grid / 2e-4)])
+    missed = friction(grid) - plain @ np.linalg.lstsq(plain, friction(grid), rcond=None)[0]
+    assert rms < 0.5 * np.sqrt(np.mean(missed**2))
 
 
 @pytest.mark.parametrize(
     ("options", "text"),
     [
         ({"centers": [-0.05, 0.05], "widths": [0.001, 0.001]}, "partition is empty"),
+        ({"centers": [], "widths": []}, "partition is empty: there is no rule"),
         ({"centers": [0.05, -0.05], "widths": [0.05, 0.05]}, "must rise"),
         ({"centers": [-0.05, 0.05], "widths": [0.05]}, "every centre needs a width"),
         ({"widths": [0.02, 0.0, 0.002, 0.003, 0.02]}, "above 0"),

@@ -10,7 +10,6 @@ import gough as gk
 from gough.control.base import Measurement
 from gough.errors import ExperimentError, InputError
 from gough.kernel.pack import flatten, unflatten
-from gough.observe.forward import pose_error
 from gough.simulate import tick
 
 PERIOD = 1e-3
@@ -57,7 +56,7 @@ def moving(machine, law, seed=0):
     u0 = machine.inverse_dynamics(x, np.zeros(6), np.zeros(6))
     state = law.init(rest, u0)._replace(started=np.zeros(6))
     z0 = state.observer.pose
-    z1 = np.array(ca.DM(machine.normalised(machine.stepped(ca.DM(z0), ca.DM(twist * law.period))))).ravel()
+    z1 = np.array(ca.DM(machine.normalised(machine, machine.stepped(ca.DM(z0), ca.DM(twist * law.period))))).ravel()
     p = machine  # numbers in the places of symbols
     q1 = np.array(ca.evalf(ca.SX(machine.joints_of(p, ca.SX(ca.DM(z1)))))).ravel()
     x_r = x + np.concatenate([twist[:3] * law.period, np.zeros(3)]) + rng.normal(size=6) * 1e-4
@@ -88,7 +87,7 @@ def test_without_learning_and_sliding_it_is_computed_torque(nist):
         law = law.replace(K_D=k * M)
         u, _ = stepped(law, state, r, y)
 
-        e = number(machine, pose_error(ca.SX(ca.DM(r.x)), zs)).ravel()
+        e = number(machine, machine.target(machine, r._replace(x=ca.SX(ca.DM(r.x))), zs)[0]).ravel()
         sigma = r.xd + slope * e - V
         a = r.xdd + (slope + k) * (r.xd - V) + k * slope * e
         J = number(machine, machine.jacobian_of(machine, zs))
@@ -126,7 +125,9 @@ def test_what_is_learned_is_the_power_of_the_error(nist):
     state, r, y, z, V = moving(nist, law, 3)
     u, after = stepped(law, state, r, y)
     J = number(nist, nist.jacobian_of(nist, ca.SX(ca.DM(z))))
-    sigma = r.xd + 100.0 * number(nist, pose_error(ca.SX(ca.DM(r.x)), ca.SX(ca.DM(z)))).ravel() - V
+    sigma = (
+        r.xd + 100.0 * number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel() - V
+    )
     still = r._replace(qd=np.zeros(6))  # friction's normal force follows the estimates too, but is no part of f
     for j in range(9):
         h = 1e-4 * (np.arange(9) == j)
@@ -143,7 +144,8 @@ def test_the_drives_viscous_friction_is_pushed_through_and_learned_from_the_powe
     state, r, y, z, V = moving(nist, law, 5)
     (u, after), (u_more, _) = stepped(law, state, r, y), stepped(heavy, state, r, y)
     J = number(nist, nist.jacobian_of(nist, ca.SX(ca.DM(z))))
-    V_s = r.xd + 100.0 * number(nist, pose_error(ca.SX(ca.DM(r.x)), ca.SX(ca.DM(z)))).ravel()
+    e = number(nist, nist.target(nist, r._replace(x=ca.SX(ca.DM(r.x))), ca.SX(ca.DM(z)))[0]).ravel()
+    V_s = r.xd + 100.0 * e
     # 1e-9: the residual of the estimate's two Newton steps, 1e-14 m, times the slope, and rounding of u
     np.testing.assert_allclose(u_more - u, 50.0 * J @ V_s, rtol=1e-9, atol=1e-9)
     power = (J @ (V_s - V)) @ (nist.friction.viscous_offset * (J @ r.xd))
@@ -162,7 +164,9 @@ def test_encoder_noise_drives_the_estimates_of_the_actual_regressor_and_not_thos
         log = gk.simulate(machine, law, circle, period=2.5e-4)
         assert log.dataset.attrs["status"] == "done"
         worst[regressor] = np.abs(log["controller.parameters"] - 1).max()
-    assert worst["desired"] < 0.05
+    assert (
+        worst["desired"] < 0.05
+    )  # a tenth of the way to the bound; a quarter turn with true parameters moves it 2.5 %
     assert worst["actual"] == pytest.approx(0.5)  # the bound
 
 
@@ -186,6 +190,9 @@ def test_the_sign_of_the_measured_speed_costs_glitches(nist):
         ({"damping": 2500.0}, "damping", "sample time is too long"),
         ({"adapt": ["platform.mas"]}, "adapt.0", "no such number"),
         ({"adapt": ["platform.mass", "drive.lead"]}, "adapt.1", "not linear"),
+        ({"adapt": ["platform.mass", "strut.fixed.mass + platform.mass"]}, "adapt.1", "platform.mass once more"),
+        ({"adapt": ["platform.mass", "friction.coulomb"]}, "adapt.1", "no force depends on it"),
+        ({"adapt": [""]}, "adapt.0", "got ''; there is drive.inertia, "),
         ({"slope": [100.0, 100.0]}, "slope", "one value or 6"),
     ],
 )
@@ -206,6 +213,8 @@ def test_what_does_not_fit_the_machine_is_refused_by_name(nist, options, where, 
         ({"slope": 100.0, "K_D": np.eye(6) + np.eye(6, k=1)}, "symmetric"),
         ({"slope": 100.0, "damping": 100.0, "bounds": [1.5, 0.5]}, "lower bound"),
         ({"slope": 100.0, "damping": 100.0, "friction_bounds": [1.2, 2.0]}, "first estimate"),
+        ({"slope": 100.0, "damping": 100.0, "bounds": [-0.5, 1.5]}, "at least 0"),
+        ({"slope": 100.0, "damping": 100.0, "friction_bounds": [-0.5, 1.5]}, "at least 0"),
     ],
 )
 def test_gains_that_are_not_positive_definite_and_bounds_the_wrong_way_round_are_refused(options, text):
@@ -218,25 +227,27 @@ def test_friction_that_is_not_believed_cannot_be_scaled(nist):
         gk.RobustAdaptive(slope=100.0, damping=200.0).on(nist.replace(friction=None), PERIOD)
 
 
-@pytest.mark.parametrize("layer", [0.0, 0.5], ids=["damping", "half of it boundary layer"])
-@pytest.mark.parametrize(("delay", "fastest"), [(0, 2.0), (1, 2 * (np.sqrt(2) - 1))])
-def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist, delay, fastest, layer, monkeypatch):
+@pytest.mark.parametrize("sliding", [0.0, 400.0])
+@pytest.mark.parametrize("delay", [0, 1])
+def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist, delay, sliding):
     """The bound of the refusal is a derived one: a pure surface (no slope) at 0.98 of it decays, at 1.02 it grows."""
-    from gough.control import sliding
     from gough.simulate import stability
 
-    machine = nist.replace(**{"drive.encoder": None, "drive.delay": delay})
-    M = machine.mass_matrix(machine.home)
-    W = np.diag([1.0] * 3 + [np.trace(M[3:, 3:]) / np.trace(M[:3, :3])] * 3)
-    rate = np.linalg.eigvals(np.linalg.solve(M, W)).real.max()  # of the axis that the layer holds fastest, per N s/m
-    for factor, stable in ((0.98, True), (1.02, False)):
-        k = factor * fastest / PERIOD
-        law = gk.FuzzyFriction(
-            slope=1e-3, damping=(1 - layer) * k, sliding=layer * k / rate * 2e-3, boundary=2e-3, friction_rate=1.0
+    machine = nist.replace(**{"drive.encoder": None, "drive.delay": float(delay)})
+    boundary, limit = 5e-3, 2.0 if delay == 0 else 2 * (np.sqrt(2) - 1)
+
+    def at(share):  # of the limit; K_D = k M - tau_0 W / eps leaves k M in the boundary layer
+        k, M = share * limit / PERIOD, machine.mass_matrix(machine.home)
+        l2 = np.trace(M[3:, 3:]) / np.trace(M[:3, :3])
+        K_D = k * M - sliding / boundary * np.diag([1, 1, 1, l2, l2, l2])
+        return gk.FuzzyFriction(
+            slope=1e-3, K_D=(K_D + K_D.T) / 2, sliding=sliding, boundary=boundary, friction_rate=1.0
         )
-        if not stable:
-            with pytest.raises(ExperimentError, match="sample time"):
-                law.on(machine, PERIOD)
-            monkeypatch.setitem(sliding.FASTEST, delay, np.inf)
-        radius = stability.spectral_radius(machine, law.on(machine, PERIOD), PERIOD, 4)
-        assert (radius < 1 + 1e-6) == stable
+
+    decays = at(0.98).on(machine, PERIOD)
+    assert stability.spectral_radius(machine, decays, PERIOD, 4) < 1 + 1e-6
+    with pytest.raises(ExperimentError, match="sample time"):
+        at(1.02).on(machine, PERIOD)
+    grows = decays.replace(K_D=at(1.02).K_D)  # past the refusal
+    # 2 % above the limit z^2 - z + k Ts (z + 1) / 2 has a root 1.010, with the delay 1.0066; half of the less
+    assert stability.spectral_radius(machine, grows, PERIOD, 4) > 1.0033

@@ -14,6 +14,12 @@ class Direct:
     home, joints_count = np.zeros(6), 6
     feed = SimpleNamespace(rapid=0.3, acceleration=2.0, jerk=50.0, angular_rate=1.0, angular_acceleration=5.0)
 
+    task = ("x", "y", "z", "a", "b", "c")
+    program_zero = property(lambda self: self.home)
+
+    def task_motion(self, x, xd, xdd):
+        return x, xd, xdd
+
     def joint_motion(self, x, xd, xdd, on_fail="raise"):
         return x, xd, xdd
 

@@ -64,7 +64,7 @@ def sub_step(m, friction=True):
     z1, v1, w1 = (
         s + h / 6 * (a + 2 * b + 2 * c + d) for s, a, b, c, d in zip((z, v, work), k1, k2, k3, k4, strict=True)
     )
-    z1 = m.normalised(z1)
+    z1 = m.normalised(m, z1)
     ends = [z1, v1, half(z1, v1, held), (v1 - v) / h, w1]
     return ca.Function("sub_step", [h, z, v, memory, a, work], ends)
 
@@ -82,7 +82,7 @@ class Release:
 
     def run(self, duration, h, offset=OFFSET, kick=KICK):
         """Rows of (z, v, work) with steps of h seconds, (n + 1, 14)."""
-        z0 = np.array(self.m.coordinates_of(ca.DM(self.m.home + offset))).ravel()
+        z0 = np.array(self.m.coordinates_of(self.m, ca.DM(self.m.home + offset))).ravel()
         zero = np.zeros(6)
         start = {"z": z0, "v": kick, "memory": zero, "acceleration": zero, "work": np.zeros(1)}
         ticks = round(duration / h / self.every) + 1

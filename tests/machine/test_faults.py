@@ -48,7 +48,7 @@ def test_k1_the_cone_is_the_angle_from_home_at_each_end(okuma):
     names = m.limit_names
     for b in np.radians([5, 20, 29, 31, 40]):
         x = m.home + [0, 0, 0, 0, b, 0]
-        z = np.array(m.coordinates_of(np.array(x))).ravel()
+        z = np.array(m.coordinates_of(m, np.array(x))).ravel()
         found = margins(m, z)[0]
         for i in range(6):
             n, n_home = (m.jacobian(y)[i, :3] for y in (x, m.home))
@@ -265,7 +265,7 @@ def test_wrong_shapes_are_named(nist):
 
 
 def test_margins_have_a_name_each(library_machine):
-    z = np.array(library_machine.coordinates_of(library_machine.home)).ravel()
+    z = np.array(library_machine.coordinates_of(library_machine, library_machine.home)).ravel()
     assert margins(library_machine, z).shape == (1, len(margin_names(library_machine)))
     assert (margins(library_machine, z) >= 0).all()
 

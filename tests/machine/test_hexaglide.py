@@ -153,7 +153,7 @@ def test_momentum_along_parallel_rails_is_kept(legs):
     z, v = ca.SX.sym("z", 7), ca.SX.sym("v", 6)
     M, h = m.mass_and_bias(p, pi, z, v)
     rate = ca.Function("rate", [z, v], [m.rate(p, z, v), ca.solve(M, -h)])
-    state = [np.array(m.coordinates_of(ca.DM(m.home))).ravel(), np.array([0.2, 0.1, 0.3, 0.4, -0.5, 0.3])]
+    state = [np.array(m.coordinates_of(m, ca.DM(m.home))).ravel(), np.array([0.2, 0.1, 0.3, 0.4, -0.5, 0.3])]
 
     def slope(s):
         return [np.array(r).ravel() for r in rate(*s)]

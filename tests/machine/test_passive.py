@@ -83,7 +83,7 @@ def test_christoffel_symbols_in_x_y_z_a_b_c_give_the_same_force(machine, functio
     p, theta = machine.symbols
     x, xd = ca.SX.sym("x", 6), ca.SX.sym("xd", 6)
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
-    z = machine.coordinates_of(x)
+    z = machine.coordinates_of(machine, x)
     R, columns = frames.rotation_of_abc(x[3:]), []  # w from R' = [w] R
     for k in range(3):
         S = ca.reshape(ca.jacobian(ca.vec(R), x[3 + k]), 3, 3) @ R.T

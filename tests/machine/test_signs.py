@@ -101,7 +101,7 @@ def test_friction_in_the_joints_slows_the_plant(okuma):
     rubbing = okuma.replace(
         **{"joints.friction": JointFriction(coefficient=0.3, platform_radius=0.05, base_radius=0.05)}
     )
-    z = ca.DM(ca.evalf(ca.SX(okuma.coordinates_of(ca.DM(okuma.home)))))
+    z = ca.DM(ca.evalf(ca.SX(okuma.coordinates_of(okuma, ca.DM(okuma.home)))))
     v, u, w = ca.DM([0.1, 0.2, -0.1, 0.5, -0.4, 0.3]), ca.DM.zeros(6), ca.DM.zeros(6)
     memory, loads = ca.DM.zeros(0), ca.DM([1000.0] * 12)
     _, with_it = tick.rate(rubbing, rubbing, z, v, memory, u, w, loads)

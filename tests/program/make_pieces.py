@@ -22,7 +22,8 @@ from gough.program.write import to_gcode
 FOLDER = Path(gough.program.__file__).parent / "pieces"
 DECIMALS = 6  # 1 nm; 1e-6 deg turn a tool of 100 mm by 2 nm
 HEXAPODS, OKUMA = ("nist-octahedral", "okuma-pm600"), ("okuma-pm600",)
-ALL = ("eth-hexaglide", *HEXAPODS)
+SIX = ("eth-hexaglide", *HEXAPODS)
+ALL = ("ccu-3prs", *SIX)
 XY, YZ, ZX = (0.0, 0.0, 0.0), (radians(90), 0.0, radians(90)), (radians(-90), radians(-90), 0.0)
 
 
@@ -34,27 +35,27 @@ class Recipe(NamedTuple):
     machines: tuple[str, ...]
 
 
-def _circles(radius, plane, name, feed):
+def _circles(radius, plane, name, feed, machines):
     program = CircularTest(radius=radius, feed=feed / 60, plane=plane)
     return Recipe(
         program,
         f"Circular test in the manner of ISO 230-4, in the {name} plane.\n"
         f"A circle of {2e3 * radius:g} mm diameter about zero, at {1e3 * feed:g} mm/min,\n"
         "counter-clockwise, then clockwise, each with half a circle of run-in and half a circle of run-out.",
-        ALL,
+        machines,
     )
 
 
 RECIPES = {
-    "circles-xy": _circles(0.1, XY, "XY", 3.0),
-    "circles-yz": _circles(0.08, YZ, "YZ", 3.0),
-    "circles-zx": _circles(0.08, ZX, "ZX", 3.0),
+    "circles-xy": _circles(0.1, XY, "XY", 3.0, SIX),
+    "circles-yz": _circles(0.08, YZ, "YZ", 3.0, ALL),
+    "circles-zx": _circles(0.08, ZX, "ZX", 3.0, ALL),
     "circle-diamond-square": Recipe(
         CircleDiamondSquare(feed=2.4 / 60),
         "Circle, diamond, square: a contouring test piece after ISO 10791-7 and NAS 979.\n"
         "A square of 160 mm, in it a diamond, in that a circle of 100 mm, each 2 mm above the one around it;\n"
         "the circle clockwise, then counter-clockwise.  Zero lies in the middle of the top.",
-        ALL,
+        SIX,
     ),
     "square-corners": Recipe(
         SquareCorners(side=(0.02, 0.06, 0.1), feed=2.0 / 60),

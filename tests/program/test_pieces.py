@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
-from gough.errors import ProgramError
+from gough.errors import ProgramError, WorkspaceError
 from gough.machine.sheet import library, load_machine
 from gough.program import load_program, program_from_table
 from gough.program.blocks import ARC
@@ -71,11 +71,13 @@ def test_linuxcnc_makes_as_many_moves_of_it(name, tmp_path):
 @pytest.mark.parametrize("machine", sorted(library()))
 def test_it_stays_in_the_workspace_of_the_machines_it_names_and_of_no_other(name, machine):
     believed = load_machine(machine)
-    motion = RECIPES[name].program.plan(believed)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ReachWarning)
-        check_motion(believed, motion, 10e-3)
-    fits = not [w for w in caught if w.category is ReachWarning]
+        try:
+            check_motion(believed, RECIPES[name].program.plan(believed), 10e-3)
+            fits = not [w for w in caught if w.category is ReachWarning]
+        except (ProgramError, WorkspaceError):  # it turns a tool that cannot turn, or leaves the machine
+            fits = False
     assert fits == (machine in RECIPES[name].machines)
     assert fits == (
         machine

@@ -15,6 +15,8 @@ TABLES = {
                  "corner": "constant"},
     "spline": {"points": {"unit": "mm", "value": [[0, 0, 0], [50, 50, 10], [0, 98, 20]]}, "feed": "0.2 m/s",
                "angles": {"unit": "deg", "value": [[0, 0, 0], [5, 0, 0], [0, 5, 0]]}, "closed": True},
+    "fourier": {"period": "4 s", "sine": {"unit": "mm", "value": [[20, 0, 0], [-10, 0, 0]]},
+                "turn_sine": {"unit": "deg", "value": [[0, 2, 0], [0, -1, 0]]}},
     "circle_diamond_square": {"feed": "2400 mm/min", "settle": "0.1 s"},
     "circular_test": {"radius": "100 mm", "feed": "3 m/min", "overlap": "90 deg",
                       "plane": ["90 deg", "0 deg", "0 deg"]},
@@ -102,8 +104,8 @@ def test_the_square_the_diamond_and_the_circle_touch():
         ({}, 'kind: is missing; write file = "part.ngc" or kind = "circle"'),
         ({"kind": "circel"}, "kind: no such program, got 'circel'; did you mean circle?"),
         ({"kind": 3},
-         "kind: no such program, got 3; there is circle, ellipse, line, polyline, spline, circle_diamond_square, "
-         "circular_test, square_corners, zigzag, cone_frustum, s_piece"),
+         "kind: no such program, got 3; there is circle, ellipse, line, polyline, spline, fourier, "
+         "circle_diamond_square, circular_test, square_corners, zigzag, cone_frustum, s_piece"),
         ({"file": 3}, "file: must be the name of a file, got 3"),
         ({"file": "none.ngc"}, "file: cannot be read: No such file or directory, got none.ngc"),
         ({"file": "a.ngc", "kind": "circle"}, "kind: a program has a file or a kind, not both"),

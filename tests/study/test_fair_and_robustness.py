@@ -60,7 +60,7 @@ def test_the_table_says_what_a_row_holds_in_units_for_people():
     assert found == {
         "law": "CDAC", "sampling, encoder": "1 kHz, 1 um", "motors": "no limit", "told": "0.8 x",
         "bandwidth": "33.0 Hz", "circle": "3.4 um", "rms": "0.9 um", "glitch": "0.8 um",
-        "orientation": "0.034'", "corner": "1.24e+03 um",
+        "orientation": "0.034'", "corner": "1240 um",
         "torque": "40 N m",
     }  # fmt: skip
 

@@ -3,12 +3,14 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
+    gough monitor LOG    the force on the tool out of a recorded log
+    gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
     gough export M       a machine for another program
     gough machines, show, new
 
-Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in run,
-check, reproduce, export, show, new; they are imported when they are called, so that `gough --help` stays quick.
+Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in the module
+of its name; it is imported when it is called, so that `gough --help` stays quick.
 """
 
 from __future__ import annotations
@@ -127,6 +129,43 @@ def report(
     return finish("report", work, json, debug)
 
 
+@app.command(rich_help_panel="Logs")
+def monitor(
+    log: Annotated[Path, typer.Argument(help="A recorded log: .csv, .parquet, .mat, .nc; or a log of gough's.")],
+    machine: Annotated[
+        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet (.toml); needed.")
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="A map (.toml) of the log's columns: gough new map writes one.")
+    ] = None,
+    bandwidth: Annotated[str, typer.Option("--bandwidth", help="Of the force, e.g. 20 Hz.")] = "20 Hz",
+    form: Annotated[str, typer.Option("--form", help="momentum, or static: without inertia.")] = "momentum",
+    alarm: Annotated[str | None, typer.Option("--alarm", help='Force that is an alarm, as "2 kN".')] = None,
+    collision: Annotated[
+        str | None, typer.Option("--collision", help="Jump of the force within 10 ms.  [default: from the machine]")
+    ] = None,
+    breakage: Annotated[
+        str | None, typer.Option("--breakage", help="Force whose loss is told.  [default: from the machine]")
+    ] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Go on while the file is being written.")] = False,
+    until: Annotated[str, typer.Option("--until", help="With --follow: end when so long nothing came.")] = "60 s",
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """The force on the tool over a recorded log: peaks, alarms, collisions, breakage."""
+
+    def work(outcome: Outcome) -> None:
+        from .monitor import Asked, monitor_file
+
+        asked = Asked(bandwidth, form, alarm, collision, breakage, until if follow else None)
+        monitor_file(log, machine, map_file, asked, out, force, quiet, outcome)
+
+    return finish("monitor", work, json, debug)
+
+
 @app.command(rich_help_panel="Simulate")
 def reproduce(
     paper: Annotated[str, typer.Argument(help="A paper, such as garagic2004; or all.", metavar="PAPER|all")],
@@ -149,6 +188,48 @@ def reproduce(
         reproduce_papers(paper, campaign, out, force, quiet or json, outcome)
 
     return finish("reproduce", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def identify(
+    log: Annotated[Path, typer.Argument(help="A log with q_m and u, or a recorded one: .csv, .parquet, .mat, .nc.")],
+    machine: Annotated[
+        str, typer.Option("--machine", "-m", help="The library machine or data sheet (.toml) that was logged.")
+    ],
+    map_file: Annotated[Path | None, typer.Option("--map", help="A map (.toml) of a recorded log's columns.")] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option("--free", help="Parameters sought (platform, friction.coulomb); may be repeated.  [default: all]"),
+    ] = None,
+    friction: Annotated[
+        str | None,
+        typer.Option(
+            "--friction", help="Kinds estimated; or none; or known.  [default: the map's, or coulomb,viscous]"
+        ),
+    ] = None,
+    cutoff: Annotated[
+        str | None,
+        typer.Option("--cutoff", help="Of the low-pass filter; none: no filter.  [default: the map's, or 20 Hz]"),
+    ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Hold laws of friction against one another, by error held out.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """What a log says of a machine's parameters: values, deviations, and what the motion could not show."""
+
+    def work(outcome: Outcome) -> None:
+        from .identify import identify_log
+
+        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, force, quiet, outcome)
+
+    return finish("identify", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")
@@ -207,7 +288,7 @@ def export(
 
 @app.command(rich_help_panel="Machines")
 def new(
-    what: Annotated[str, typer.Argument(help="machine or experiment.", metavar="machine|experiment")],
+    what: Annotated[str, typer.Argument(help="machine, experiment or map.", metavar="machine|experiment|map")],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,

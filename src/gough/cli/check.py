@@ -43,7 +43,7 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
 
 _LABELS = {"machine_kind": "kind"}
 _NC_PERIOD = 1e-3  # s, at which the path of a bare NC program is looked at
-_UNITS = {"duration": "s", "length": "m"}
+_UNITS = {"duration": "s", "length": "m", "period": "s"}
 
 
 def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
@@ -61,6 +61,13 @@ def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
 
 
 def _toml(document: Document, machine: str | None) -> tuple[str, dict[str, Any]]:
+    if str(document.data.get("schema", "")).startswith("gough-log-map"):
+        from ..log.outside.mapping import map_of
+
+        found = map_of(document)
+        if machine is not None:
+            found.fits(sheet.load_machine(machine))
+        return "map of a log", {"joints": len(found.joints.columns), "period": found.time.period}
     if _is_sheet(document):
         try:
             found = sheet.machine_of(document)

@@ -134,6 +134,7 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 # friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
 # payload = "20 kg"              # carried by the platform, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
+# offset  = { unit = "um", value = [0, 0, 10] }              # of the tool from its first place at the start, in W
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
 # faults  = [{ kind = "glitch", joint = 3, start = "2 s", duration = "2 ms", size = "10 um" }]  # of encoders; also
 #                                                      "stuck" and "dropout", which have no size
@@ -181,7 +182,47 @@ seed      = 0                    # of the encoder's noise
 # stop_ramp  = "2 m/s2"          # at a flag or following error the tool brakes along its path before the run ends
 """
 
-TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT}
+MAP = """\
+# The columns of a recorded log, for gough monitor LOG --map THIS and gough identify LOG --map THIS.
+schema = "gough-log-map-1"
+# machine = "okuma-pm600"        # whose log it is; another one is told
+
+[time]
+column = "t"                     # leave out: every row is a sample
+unit   = "s"                     # or ms, us; "samples" for a counter
+period = "1 ms"                  # from sample to sample
+# jitter = "0.25 ms"             # how far a row may lie from its sample's time; else a quarter of the period
+
+[joints]                         # what the encoders read, in the order of the machine's joints
+columns = ["q1", "q2", "q3", "q4", "q5", "q6"]     # an entry of an array is "q.1" (.mat, .nc)
+unit    = "mm"
+# sign    = [1, 1, 1, 1, 1, 1]   # -1 where it counts the other way
+# offset  = "0 mm"               # added: one, or { unit = "mm", value = [...] }
+
+[forces]                         # what the drives gave
+columns = ["i1", "i2", "i3", "i4", "i5", "i6"]
+unit    = "A"                    # a force (N) or a torque (N m) needs no factor
+factor  = "0.6 N m"              # what 1 A makes: the motor's torque constant; a torque becomes a force by the lead
+# sign  = [1, 1, 1, 1, 1, 1]     # 1: a positive number lengthens the strut
+# clip  = 40.0                   # in A: at or beyond it the record is cut off, and says nothing of the force
+# acts  = "after"                # a row's force acts after its readings, or "before"
+
+# [text]                         # of CSV
+# delimiter = ","                # or ";", "|", "\\t", " "
+# decimal   = "."
+# header    = 1                  # lines up to and with the names; 0: columns go by their numbers from 1
+# skip      = ["#"]              # lines that begin so are no samples
+
+# [gaps]                         # what may be missing; it is told, and held over
+# longest = "5 ms"               # cells that are empty or no number; 0: none
+# most    = "1 %"                # of all samples
+
+# [identify]                     # what gough identify takes where the command says nothing
+# cutoff   = "20 Hz"
+# friction = ["coulomb", "viscous"]
+"""
+
+TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT, "map": MAP}
 
 
 def write_template(what: str, out: Path | None, force: bool, outcome: Outcome) -> None:

@@ -112,7 +112,8 @@ def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, 
             out += numbers(value, document, f"{above}{name}.")
         elif name in specs and value is not None:
             key = above + name
-            key = f"{key}.pose" if document.line(f"{key}.pose") else key  # the one number that has a table to itself
+            # the one number that has a table to itself
+            key = next((f"{key}.{own}" for own in ("pose", "tip", "place") if document.line(f"{key}.{own}")), key)
             value = value.tolist() if isinstance(value, np.ndarray) else value
             out.append((key, value, specs[name].unit, specs[name].meaning))
     return out

@@ -49,9 +49,8 @@ def check_bounds(bounds, key: str) -> None:
     low, high = (float(b) for b in bounds)
     text = f"[{low:g}, {high:g}]"
     if not low < high:
-        raise ExperimentError(
-            "the lower bound must be below the upper", key=key, value=text, cure=f"[{high:g}, {low:g}]"
-        )
+        cure = f"write [{high:g}, {low:g}]" if high < low else "leave room on both sides of 1"
+        raise ExperimentError("the lower bound must be below the upper", key=key, value=text, cure=cure)
     if not low <= 1 <= high:
         raise ExperimentError(
             "bounds are factors on the believed numbers and must hold the first estimate, 1", key=key, value=text

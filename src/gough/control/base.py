@@ -1,7 +1,11 @@
-"""What every control law is: numbers, `init` and `step`.
+"""What every control law is: numbers, `init` and `step`, and `tasks` where not all of it runs at one rate.
 
     state = law.init(r0, u0)                               NumPy; u0 the joint forces at rest
+    state = task.step(state, r, y, theta)                  every task of law.tasks() that is due, in their order
     command, state = law.step(state, r, y, theta)          symbolic and pure; theta as law.theta
+
+A task runs at a multiple of the law's period, at sample 0 and every `period` seconds after, on the State, Reference and
+Measurement that `step` gets a moment later: what it leaves in the State, `step` finds there, until it is due again.
 
 The first step gives u0 when r = r0 and q = q(r0): a law starts without a bump.  `r` is a program.reference.Reference,
 `y` a Measurement.  A law believes a machine (`law.machine`); what is true is the Plant's business.  Laws act on twists
@@ -16,9 +20,11 @@ forty times slower, and the run says so.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from ..declare import Part, quantity
 from ..machine.base import Machine
@@ -36,6 +42,14 @@ class Command(NamedTuple):
     """What the controller asks for."""
 
     u: Any  # joint forces, (n,) N
+
+
+class Task(NamedTuple):
+    """A part of a law with a period of its own; `law.<name>_period`, where it is a number of the law."""
+
+    name: str
+    period: float  # s, a multiple of the law's
+    step: Callable  # (state, r, y, theta) -> next state, symbolic and pure
 
 
 class Controller(Part):
@@ -60,12 +74,34 @@ class Controller(Part):
     def step(self, state, r, y, theta) -> tuple[Command, Any]:
         """The command of one sample and the next state, symbolic and pure; theta as `self.theta`."""
 
+    def tasks(self) -> tuple[Task, ...]:
+        """What runs at multiples of `period`, before `step` and in this order.  Which there are hangs on no number."""
+        return ()
+
+    def doubts(self) -> tuple[str, ...]:
+        """What a run with this law, bound by `on`, should warn of, numbers included."""
+        return ()
+
+    def standing(self) -> Controller:
+        """A law of the same linear loop that is defined at rest at home, for `simulate.stability`; itself for most."""
+        return self
+
+    def check_motion(self, motion, period: float) -> None:
+        """Refuse a motion that this law cannot follow, before it starts; most follow any."""
+
     def on(self, machine: Machine, period: float) -> Controller:
         """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""
         return self.replace(
             machine=self.machine if self.machine is not None else machine,
             period=self.period if self.period is not None else period,
         )
+
+
+def unknown_force(machine, r0, u0):
+    """What the joint forces u0 (n,) N do on v at rest at r0 beyond what the model of `machine` asks for.  (len(v),)."""
+    x0 = np.ravel(r0.x)
+    still = np.zeros(len(x0))
+    return machine.velocity_jacobian(x0).T @ (np.ravel(u0) - machine.inverse_dynamics(x0, still, still))
 
 
 def saturated(machine, p, u):

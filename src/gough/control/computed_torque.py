@@ -11,6 +11,7 @@ CCTPID and take it as their baseline with w0 = 100 rad/s; poles (100, 100, 200) 
 
 Pose and twist come from the measured joints (observe.forward).  Two deviations from the paper: the error of
 orientation is a rotation vector, not a difference of Euler angles; the model is the believed machine without friction.
+On a machine whose velocities are no twist, (1)-(4) are in its own velocities: on the 3-PRS in those of the sliders.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ from ..declare import Array, quantity
 from ..errors import InputError
 from ..mechanics.linear import solve_square_transposed
 from ..observe import forward
-from .base import Command, Controller, saturated
+from .base import Command, Controller, saturated, unknown_force
 
 
 class State(NamedTuple):
     """What the law remembers."""
 
     observer: forward.Pose
-    integral: Any  # of e, (6,) m s, rad s
-    started: Any  # forces at rest minus the model's, (6,) on the twist
+    integral: Any  # of e, (len(v),) m s, rad s
+    started: Any  # forces at rest minus the model's, (len(v),) on v
 
 
 class ComputedTorque(Controller):
@@ -68,16 +69,14 @@ class ComputedTorque(Controller):
     def init(self, r0, u0) -> State:
         """The state from which the first step gives u0 at r0."""
         z0 = self.machine.coordinates(np.ravel(r0.x))
-        u_model = self.machine.inverse_dynamics(np.ravel(r0.x), np.zeros(6), np.zeros(6))
-        missing = self.machine.jacobian(np.ravel(r0.x)).T @ (np.ravel(u0) - u_model)
-        return State(forward.Pose(z0), np.zeros(6), missing)
+        return State(forward.Pose(z0), np.zeros(len(self.machine.velocities)), unknown_force(self.machine, r0, u0))
 
     def step(self, state: State, r, y, theta):
         p, m = self.at(theta), self.machine
         z, V, observer = forward.estimate(m, p.machine, state.observer, y.q, p.period)
         K_D, K_P, K_I = self.gains(p)
-        e = forward.pose_error(r.x, z)
-        a = r.xdd + K_D * (r.xd - V) + K_P * e + K_I * state.integral
+        e, V_r, A_r = m.target(p.machine, r, z)
+        a = A_r + K_D * (V_r - V) + K_P * e + K_I * state.integral
         pi = {key: value for key, (value, _) in m.inertial(p.machine).items()}
         force = m.inverse_force(p.machine, pi, z, V, a) + state.started
         u = solve_square_transposed(m.jacobian_of(p.machine, z), force)

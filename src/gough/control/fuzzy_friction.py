@@ -15,7 +15,7 @@ acceleration, give all entries of A the unit N.  G is a stiffness: learned frict
 Source: Garagic and Srinivasan, ACC 2004, eqs. (22)-(32).  Deviations: (31) of the paper lacks the error that (35) has;
 since friction acts in each joint, that error is s_i, of that joint, and not sigma.  The paper's z lacks the sixth
 acceleration; `accelerations` says how many are used, in the order of the twist (the paper's load dependence; none
-unless asked for).  Projection is per entry.
+unless asked for), and they are those of the reference: A_s holds the measured speed.  Projection is per entry.
 """
 
 from __future__ import annotations
@@ -73,6 +73,10 @@ class FuzzyFriction(SlidingLaw):
     @model_validator(mode="after")
     def _covers(self):
         c, w = np.atleast_1d(self.centers), np.atleast_1d(self.widths)
+        if not c.size:
+            raise InputError(
+                "the fuzzy partition is empty: there is no rule", key="centers", cure="give one centre at least"
+            )
         if np.any(np.diff(c) <= 0):
             raise InputError("centres must rise", key="centers", value=str(c.tolist()))
         if c.shape != w.shape:

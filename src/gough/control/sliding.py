@@ -38,7 +38,7 @@ from ..errors import ExperimentError, InputError, did_you_mean
 from ..mechanics.linear import solve_square_transposed
 from ..observe import forward
 from .adaptation import check_bounds, leak, learned
-from .base import Command, Controller, saturated
+from .base import Command, Controller, saturated, unknown_force
 
 # sigma' = -k sigma, held for a sample, its speed the mean of the last one: z^2 - z + k Ts (z + 1) / 2, and with a
 # sample of delay z^3 - z^2 + k Ts (z + 1) / 2, leave the unit circle at these k Ts
@@ -83,10 +83,10 @@ class SlidingLaw(Controller):
         description='numbers of the sheet to learn, "a + b" by one factor; the machine\'s choice if left out',
     )
     inertia_rate: float = quantity("1/J", "how fast inertial parameters are learned", default=0.3, at_least=0)
-    bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,))
+    bounds: Array = quantity("1", "least and greatest factor on them", default=[0.5, 1.5], shape=(2,), at_least=0)
     leakage: float = quantity("W", "s_0 of the sigma modification", default=1.0, at_least=0)
     leakage_norm: float = quantity(
-        "1", "M_0, root mean square of the factors above which it acts", default=1.5, above=0
+        "1", "M_0, root mean square of a group of factors above which it acts", default=1.5, above=0
     )
     regressor: Literal["desired", "actual"] = Field("desired", description="motion at which is learned")
 
@@ -112,7 +112,7 @@ class SlidingLaw(Controller):
         for key in ("slope", "damping"):
             if np.ndim(getattr(law, key)) and len(getattr(law, key)) != d:
                 raise ExperimentError(f"must be one value or {d}", key=key, value=f"{len(getattr(law, key))} values")
-        M = machine.mass_matrix(machine.home)
+        M = machine.velocity_mass(machine.home)
         if law.K_D is None:
             root = np.sqrt(np.broadcast_to(law.damping, d))
             law = law.replace(K_D=root[:, None] * M * root, damping=None)
@@ -133,30 +133,37 @@ class SlidingLaw(Controller):
         return np.array([name.startswith("w") for name in self.machine.velocities])
 
     def _check_adapt(self) -> None:
-        known = self.machine.names
+        known, before = self.machine.names, set()
         for i, text in enumerate(self.adapt):
-            for name in _names(text) - set(known):
+            for name in sorted(_names(text) - set(known)):
                 raise ExperimentError(
-                    f"{self.machine.name} has no such number",
-                    key=f"adapt.{i}",
-                    value=name,
-                    cure=did_you_mean(name, known),
-                )
-        nonlinear = self._nonlinear()
+                    f"{self.machine.name} has no such number", key=f"adapt.{i}", value=ascii(name),
+                    cure=did_you_mean(name, known if name else self.machine.adaptable),
+                )  # fmt: skip
+            for name in sorted(_names(text) & before):
+                raise ExperimentError("a number is learned by one factor", key=f"adapt.{i}", value=f"{name} once more")
+            before |= _names(text)
+        idle, nonlinear = self._unfit()
         if nonlinear:
             raise ExperimentError(
                 "the equations of motion are not linear in what is to be learned", key=f"adapt.{nonlinear[0]}",
-                value=self.adapt[nonlinear[0]], cure="learn masses, inertias and friction; geometry stays as it is",
+                value=self.adapt[nonlinear[0]], cure="learn masses and inertias; geometry stays as it is",
+            )  # fmt: skip
+        if idle:
+            raise ExperimentError(
+                "no force depends on it, so nothing is to be learned of it", key=f"adapt.{idle[0]}",
+                value=self.adapt[idle[0]], cure="learn masses and inertias; friction has factors and rules of its own",
             )  # fmt: skip
 
-    def _nonlinear(self) -> list[int]:
-        """Which groups f is not linear in."""
+    def _unfit(self) -> tuple[list[int], list[int]]:
+        """Which groups f does not depend on, and which it is not linear in."""
         m, d = self.machine, len(self.machine.velocities)
         theta, factors = ca.SX.sym("theta", len(self.theta)), ca.SX.sym("factors", len(self.adapt))
-        z = ca.SX.sym("z", m.coordinates_of(ca.SX.sym("x", len(m.task))).shape[0])
+        z = ca.SX.sym("z", m.coordinate_count)
         V, A = ca.SX.sym("V", d), ca.SX.sym("A", d)
         f = self._force_at(self._believed(theta, factors), z, m.jacobian_of(self.at(theta).machine, z), V, A)
-        return [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
+        idle = [i for i, used in enumerate(ca.which_depends(f, factors, 1)) if not used]
+        return idle, [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
 
     def _check_period(self, M) -> None:
         W = np.diag(self._weights(self))
@@ -212,10 +219,7 @@ class SlidingLaw(Controller):
 
     def init(self, r0, u0):
         """The state from which the first step gives u0 at r0."""
-        x0 = np.ravel(r0.x)
-        z0 = self.machine.coordinates(x0)
-        model = self.machine.inverse_dynamics(x0, np.zeros(len(x0)), np.zeros(len(x0)))
-        missing = self.machine.jacobian(x0).T @ (np.ravel(u0) - model)
+        z0, missing = self.machine.coordinates(np.ravel(r0.x)), unknown_force(self.machine, r0, u0)
         return self.state_type(forward.Pose(z0), np.ones(len(self.adapt)), *self.friction_start(), missing)
 
     state_type: ClassVar[type]
@@ -223,8 +227,8 @@ class SlidingLaw(Controller):
     def step(self, state, r, y, theta):
         p, m = self.at(theta), self.machine
         z, V, observer = forward.estimate(m, p.machine, state.observer, y.q, p.period)
-        e = forward.pose_error(r.x, z)
-        V_s, A_s = r.xd + p.slope * e, r.xdd + p.slope * (r.xd - V)
+        e, V_r, A_r = m.target(p.machine, r, z)
+        V_s, A_s = V_r + p.slope * e, A_r + p.slope * (V_r - V)
         sigma = V_s - V
         held = saturated(m, p.machine, y.u)
         step = p.period * (1 if held is None else 1 - ca.mmax(held))
@@ -232,7 +236,7 @@ class SlidingLaw(Controller):
         factors = ca.SX.sym("factors", len(self.adapt))
         believed, J = self._believed(theta, factors), m.jacobian_of(p.machine, z)
         f = self._force(believed, z, J, V, V_s, A_s)
-        taught = f if self.regressor == "actual" else self._force_at(believed, z, J, ca.SX(r.xd), ca.SX(r.xdd))
+        taught = f if self.regressor == "actual" else self._force_at(believed, z, J, ca.SX(V_r), ca.SX(A_r))
         power = ca.gradient(ca.dot(sigma, taught), factors) if self.adapt else ca.SX(0, 1)
         f, power = ca.substitute([f, power], [factors], [state.parameters])
         s_leak = leak(state.parameters, p.leakage_norm * np.sqrt(max(len(self.adapt), 1)), p.leakage)

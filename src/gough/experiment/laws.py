@@ -15,17 +15,23 @@ from ..errors import ExperimentError, did_you_mean
 GROUP = "gough.controllers"
 OWN = {
     "pid": "gough.control.pid:PID",
+    "axis_pd": "gough.control.axis_pd:AxisPD",
     "computed_torque": "gough.control.computed_torque:ComputedTorque",
+    "desired_torque_adaptive": "gough.control.desired_torque_adaptive:DesiredTorqueAdaptive",
     "robust_adaptive": "gough.control.robust_adaptive:RobustAdaptive",
     "fuzzy_friction": "gough.control.fuzzy_friction:FuzzyFriction",
+    "equivalent_error": "gough.control.equivalent_error:EquivalentError",
 }
 
 # what a law named on the command line starts with, where it needs a number: half of what both library machines bear
 START = {
     "pid": {"bandwidth": "10 Hz"},
+    "axis_pd": {"stiffness": "4 N/um"},
     "computed_torque": {"bandwidth": "10 Hz"},
+    "desired_torque_adaptive": {"pole": "100 1/s"},
     "robust_adaptive": {"slope": "100 1/s", "damping": "200 1/s"},
     "fuzzy_friction": {"slope": "100 1/s", "damping": "200 1/s"},
+    "equivalent_error": {},
 }
 
 

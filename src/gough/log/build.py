@@ -118,6 +118,8 @@ class LogBuilder:
         if known is None:
             known = self._state(name, values.shape[len(lead) :], dims, units, long_name)
         shape = lead + tuple(self.sizes[dim] for dim in known.dims)
+        if values.shape == shape[:-1] and shape[-1] == 1 and name not in VARIABLES:
+            values = values[..., None]  # a state of an only joint came as a single number
         if values.shape != shape:
             raise LogError("the shape is wrong", key=name, value=str(values.shape), limit=str(shape))
         if known.dtype != "f8" and values.dtype.kind == "f" and not np.all(np.isfinite(values)):
@@ -168,7 +170,7 @@ class LogBuilder:
             )
         if dims is None:
             dims = tuple(self._dimension(name, i, n) for i, n in enumerate(size))
-        for dim, n in zip(dims, size, strict=False):
+        for dim, n in zip(dims, size or (1,) * len(dims), strict=False):
             self.sizes.setdefault(dim, n)
         return Variable(tuple(dims), units or "1", long_name or f"state {match[2]} of the {match[1]}")
 

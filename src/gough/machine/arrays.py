@@ -14,8 +14,9 @@ import numpy as np
 from .. import frames
 from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
+from ..kernel.building import BUILDING
 from ..kernel.rows import compile_rows
-from ..mechanics.linear import solve_spd, solve_square, solve_square_transposed
+from ..mechanics.linear import solve_spd, solve_square_transposed
 from ..quantities import brief
 from . import workspace
 
@@ -124,57 +125,69 @@ def check_determinant(ratio: np.ndarray, least: float) -> None:
 
 @lru_cache(maxsize=256)
 def _compiled(name: str, shape: Shape):
-    return compile_rows(row_function(name, shape.part))
+    with BUILDING:
+        return compile_rows(row_function(name, shape.part))
 
 
 def row_function(name: str, m) -> ca.Function:
     """The row function `name` of machine `m` as SX: theta first, then its columns."""
     p, theta = m.symbols
     x, xd, xdd = (ca.SX.sym(s, len(m.task)) for s in ("x", "xd", "xdd"))
-    u, w = ca.SX.sym("u", m.joints_count), ca.SX.sym("w", len(m.task))
-    z = m.coordinates_of(x)
+    u, w = ca.SX.sym("u", m.joints_count), ca.SX.sym("w", 6)
+    z = m.coordinates_of(p, x)
+    v = m.velocity_of(p, z, xd)
     pi = {key: value for key, (value, _) in m.inertial(p).items()}
     J = m.jacobian_of(p, z)
     if name == "inverse_kinematics":
         return ca.Function(name, [theta, x], [m.joints_of(p, z)])
     if name == "jacobian":
+        return ca.Function(name, [theta, x], [ca.vec(m.task_jacobian_of(p, z).T)])
+    if name == "velocity_jacobian":
         return ca.Function(name, [theta, x], [ca.vec(J.T)])
+    vd = m.acceleration_of(p, z, v, xdd)
     if name == "joint_motion":
-        return ca.Function(name, [theta, x, xd, xdd], [m.joints_of(p, z), J @ xd, m.joint_acceleration(p, z, xd, xdd)])
+        return ca.Function(name, [theta, x, xd, xdd], [m.joints_of(p, z), J @ v, m.joint_acceleration(p, z, v, vd)])
+    if name == "tool_pose":
+        position, quat = m.tool_pose_of(p, z)
+        abc = frames.abc_of_rotation(frames.rotation_of_quaternion(quat))
+        return ca.Function(name, [theta, x], [ca.vertcat(position, abc)])
     if name == "coordinates":
         return ca.Function(name, [theta, x], [z])
     if name in ("newton", "landing", "margins", "workspace"):
-        z_, q = ca.SX.sym("z", 7), ca.SX.sym("q", m.joints_count)
+        z_, q = ca.SX.sym("z", m.coordinate_count), ca.SX.sym("q", m.joints_count)
         if name == "newton":
             return ca.Function(name, [theta, z_, q], [*_newton_step(m, p, z_, q)])
         if name == "landing":
-            away = ca.mmax(ca.fabs(q - m.joints_of(p, z_)))
-            position, quat = m.tool_pose_of(z_)
-            pose = ca.vertcat(position, frames.abc_of_rotation(frames.rotation_of_quaternion(quat)))
-            inside = ca.vertcat(workspace.workspace_of(p, z_), m.margins(p, z_)[1])
-            return ca.Function(name, [theta, z_, q], [pose, away, inside])
+            away = ca.mmax(ca.fabs(ca.vertcat(q - m.joints_of(p, z_), m.closure_of(p, z_))))
+            inside = ca.vertcat(workspace.workspace_of(m, p, z_), m.margins(p, z_)[1])
+            return ca.Function(name, [theta, z_, q], [m.task_of(p, z_), away, inside])
         if name == "workspace":
-            return ca.Function(name, [theta, z_], [workspace.workspace_of(p, z_)])
+            return ca.Function(name, [theta, z_], [workspace.workspace_of(m, p, z_)])
         return ca.Function(name, [theta, z_], [m.margins(p, z_)[1]])
     if name == "inverse_dynamics":
-        force = m.inverse_force(p, pi, z, xd, xdd) - w
+        force = m.inverse_force(p, pi, z, v, vd) - m.wrench_of(p, z, w)
         return ca.Function(name, [theta, x, xd, xdd, w], [solve_square_transposed(J, force), m.determinant_of(p, z)])
     if name == "forward_dynamics":
-        M, h = m.mass_and_bias(p, pi, z, xd)
-        return ca.Function(name, [theta, x, xd, u, w], [solve_spd(M, J.T @ u + w - h)])
+        M, h = m.mass_and_bias(p, pi, z, v)
+        vd = solve_spd(M, J.T @ u + m.wrench_of(p, z, w) - h)
+        return ca.Function(name, [theta, x, xd, u, w], [m.task_acceleration_of(p, z, v, vd)])
     if name == "mass":
-        M, h = m.mass_and_bias(p, pi, z, xd)
+        M, h = m.mass_and_bias(p, pi, z, v)
+        if not m.pose_is_state:  # from v to the task rate
+            J_v = m.task_velocities_of(p, z)
+            h = J_v.T @ (h + M @ m.acceleration_of(p, z, v, ca.SX(len(m.task), 1)))
+            M = J_v.T @ M @ J_v
         return ca.Function(name, [theta, x, xd], [ca.vec(M), h])
     if name == "reactions":
-        net = solve_square_transposed(J, m.inverse_force(p, pi, z, xd, xdd) - w)
-        found = [ca.vec(piece) for piece in m.reactions_of(p, z, xd, xdd, net) if piece is not None]
+        net = solve_square_transposed(J, m.inverse_force(p, pi, z, v, vd) - m.wrench_of(p, z, w))
+        found = [ca.vec(piece) for piece in m.reactions_of(p, z, v, vd, net, w=w) if piece is not None]
         return ca.Function(name, [theta, x, xd, xdd, w], [ca.vertcat(*found), m.determinant_of(p, z)])
     if name == "regressor":
         symbols = {key: ca.SX.sym(key) for key in pi}
-        force = m.inverse_force(p, symbols, z, xd, xdd)
+        force = m.inverse_force(p, symbols, z, v, vd)
         Y = ca.jacobian(force, ca.vertcat(*symbols.values()))
         return ca.Function(
-            name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ xd]
+            name, [theta, x, xd, xdd], [ca.vec(solve_square_transposed(J, Y).T), m.determinant_of(p, z), J @ v]
         )
     raise KeyError(name)
 
@@ -183,10 +196,10 @@ def _newton_step(m, p, z, q):
     """z after one step of eq. (1) of forward.py, shortened, and the largest entry of the step taken; 0 where J is
     singular: the search ends there."""
     reach = m.stride_of(p)
-    d = solve_square(*m.newton_system(p, z, q))
+    d = m.newton_step(p, z, q)
     sound = ca.mmax(ca.fabs(d)) < np.inf
-    for i in range(6):  # mmax overlooks a NaN behind a number
+    for i in range(d.numel()):  # mmax overlooks a NaN behind a number
         sound = ca.logic_and(sound, ca.fabs(d[i]) < np.inf)
     size = ca.fmax(ca.norm_2(d[:3]) / reach, ca.norm_2(d[3:]) / 0.3)
     d = ca.if_else(sound, d / ca.fmax(size, 1), 0)
-    return m.normalised(m.stepped(z, d)), ca.mmax(ca.fabs(d))
+    return m.normalised(p, m.stepped(z, d)), ca.mmax(ca.fabs(d))

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
+from ..mechanics.linear import solve_square
 from . import forward
 from .arrays import Arrays, check_determinant, column
 
@@ -52,12 +53,16 @@ class Machine(Part):
 
     # -- what a kind states (symbolic; p a view of the machine) ---------------------------------------------------
     #   joint_names, task, velocities
-    #   coordinates_of(x)                task coordinates -> z, SX
-    #   tool_pose_of(z)                  z -> position (3,), quaternion (4,) of T in W
-    #   rate(p, z, v), normalised(z)     z', and z pulled back to its manifold
+    #   coordinate_count                 how many entries z has
+    #   coordinates_of(p, x)             task coordinates -> z, SX
+    #   tool_pose_of(p, z)               z -> position (3,), quaternion (4,) of T in W
+    #   task_of(p, z)                    z -> task coordinates, angles within a turn
+    #   rate(p, z, v), normalised(p, z)  z', and z pulled back to its manifold
+    #   stepped(z, d), between(z_, z)    z moved by a small step d, and the velocities that lead from z_ to z in 1 s
+    #   target(p, r, z)                  what the velocities v should be: error, V_r and V_r' of a reference
     #   joints(p, z)                     q
     #   jacobian_of(p, z)                J, q' = J v
-    #   newton_system(p, z, q)           K, r of a Newton step K d = r towards q (default J, q - q(z))
+    #   newton_step(p, z, q)             d of a Newton step towards q (default: J d = q - q(z))
     #   stride_of(p)                     m, the longest such step
     #   possible(q)                      which rows of joint coordinates some pose may have, and why not the others
     #   joint_acceleration(p, z, v, vd)  q''
@@ -73,6 +78,11 @@ class Machine(Part):
     #   friction_load(p, pi, z, v, vd)   the normal forces alone, of a motion
     # and where v is not z' itself (a twist)
     #   bracket(v, w)                    [v, w] of the velocities' frame
+    # and where v is not the task rate xd, or z not the pose of the tool (pose_is_state = False)
+    #   velocity_of(p, z, xd), acceleration_of(p, z, v, xdd)       v and v' of a motion of the task coordinates
+    #   task_rate_of(p, z, v), task_acceleration_of(p, z, v, vd)   and back
+    #   wrench_of(p, z, w)               what a wrench w on the tool does on v
+    #   closure_of(p, z)                 what must be zero, m
     # adaptable                          numbers of the sheet that an adaptive law learns, "a + b" by one factor
 
     @cached_property
@@ -90,7 +100,7 @@ class Machine(Part):
     def limit_names(self) -> tuple[str, ...]:
         """What each value of `margins` says when it is negative."""
         p, _ = self.symbols
-        return self.margins(p, self.coordinates_of(p.home))[0]
+        return self.margins(p, self.coordinates_of(p, p.home))[0]
 
     @property
     def joints_count(self) -> int:
@@ -106,9 +116,61 @@ class Machine(Part):
         """K (n, n) and r (n,) of a Newton step K d = r from coordinates z towards joint coordinates q."""
         return self.jacobian_of(p, z), q - self.joints_of(p, z)
 
+    def newton_step(self, p, z, q):
+        """d of a Newton step from coordinates z towards joint coordinates q, for `stepped`."""
+        return solve_square(*self.newton_system(p, z, q))
+
     def unreachable(self, x) -> tuple[int, Exception] | None:
         """The first of the poses x (N, d) that no joint coordinates have, and the error that says so."""
         return None
+
+    # -- tool and velocities: where z is the pose of the tool and v its task rate ---------------------------------
+
+    pose_is_state: ClassVar[bool] = True
+
+    @property
+    def program_zero(self) -> np.ndarray:
+        """Pose of program zero in W where a program does not say, (6,)."""
+        return self.home
+
+    @staticmethod
+    def task_motion(x, xd, xdd):
+        """Of poses, twists and their rates (..., 6) of T: task coordinates and their rates, (..., d) each."""
+        return x, xd, xdd
+
+    @staticmethod
+    def velocity_of(p, z, xd):
+        """v of a task rate."""
+        return xd
+
+    @staticmethod
+    def acceleration_of(p, z, v, xdd):
+        """v' of the rate of a task rate."""
+        return xdd
+
+    @staticmethod
+    def task_rate_of(p, z, v):
+        """The task rate of velocities v."""
+        return v
+
+    @staticmethod
+    def task_acceleration_of(p, z, v, vd):
+        """The rate of the task rate of v and v'."""
+        return vd
+
+    @staticmethod
+    def wrench_of(p, z, w):
+        """What a wrench w (6,) [f; m] on the tool tip, in W, does on v."""
+        return w
+
+    @staticmethod
+    def closure_of(p, z):
+        """What must be zero where coordinates depend on each other, m; (0,) where none do."""
+        return ca.SX(0, 1)
+
+    def task_jacobian_of(self, p, z):
+        """J with q' = J xd.  (n, d)."""
+        return self.jacobian_of(p, z)
 
     # -- friction -------------------------------------------------------------------------------------------------
 
@@ -205,6 +267,14 @@ class Machine(Part):
         x = column(x, len(self.task), "pose")
         return self.arrays.run("jacobian", x)[0].reshape(x.shape[:-1] + (self.joints_count, len(self.task)))
 
+    def velocity_jacobian(self, x) -> np.ndarray:
+        """J with q' = J v, v the machine's own velocities.  (..., d) -> (..., n, len(v))."""
+        if self.pose_is_state:
+            return self.jacobian(x)
+        x = column(x, len(self.task), "pose")
+        shape = x.shape[:-1] + (self.joints_count, len(self.velocities))
+        return self.arrays.run("velocity_jacobian", x)[0].reshape(shape)
+
     def joint_motion(self, x, xd, xdd, on_fail: str = "raise") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q, q', q'' of a motion x, xd, xdd.  Each (..., d) -> (..., n).
 
@@ -240,6 +310,14 @@ class Machine(Part):
         x = column(x, len(self.task), "pose")
         d = len(self.task)
         return self.arrays.run("mass", x, np.zeros(d))[0].reshape(x.shape[:-1] + (d, d))
+
+    def velocity_mass(self, x) -> np.ndarray:
+        """M on the machine's own velocities v.  (..., d) -> (..., len(v), len(v))."""
+        M = self.mass_matrix(x)
+        if self.pose_is_state:
+            return M
+        rate = np.linalg.solve(self.jacobian(x), self.velocity_jacobian(x))  # xd = rate v
+        return np.swapaxes(rate, -1, -2) @ M @ rate
 
     def regressor(self, x, xd, xdd, friction: bool = False) -> np.ndarray:
         """Y with u = Y @ parameters.values.  (..., d) each -> (..., n, p).

@@ -78,8 +78,11 @@ def impossible(machine, q):
 
 
 def newton(machine, q, x0, run):
-    """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, 7), iterations (N,)."""
-    (z,) = machine.arrays.run("coordinates", x0)
+    """Eq. (1) on the rows where `run`.  (N, n), (N, d) -> z (N, len(z)), iterations (N,)."""
+    (z,) = machine.arrays.run("coordinates", x0, checked=False)
+    nowhere = ~np.isfinite(z).all(-1)  # no start at all: where dependent coordinates have none, home is as good
+    if nowhere.any():
+        z[nowhere] = machine.coordinates(machine.home)
     steps = np.zeros(len(q), int)
     reach = float(ca.evalf(ca.SX(machine.stride_of(machine))))
     active = np.flatnonzero(run)

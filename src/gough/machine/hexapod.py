@@ -198,7 +198,7 @@ class Hexapod(JointForces):
 
     def margins(self, p, z):
         """Names and values of all that must be >= 0: stroke, joint cones, distance from a singularity."""
-        home = self.coordinates_of(p.home)
+        home = self.coordinates_of(p, p.home)
         _, _, l, n = self.struts(p, z)
         _, _, _, n_home = self.struts(p, home)
         names = [f"{joint}: {what}" for what in ("too short", "too long") for joint in self.joint_names]

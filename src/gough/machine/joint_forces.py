@@ -62,7 +62,12 @@ class JointForces(PlatformMachine):
         R_B, R_A = loads[-12:-6], loads[-6:]
         return reactions.joint_friction_of(self, p, z, v, R_B, R_A)
 
-    def reactions_of(self, p, z, v, vd, net, loads=None):
+    @property
+    def reaction_fields(self) -> tuple[str, ...]:
+        """Which of `Reactions` the machine has."""
+        return ("platform_joint", "base_joint") + (("mouth", "end", "normal") if self.guided else ())
+
+    def reactions_of(self, p, z, v, vd, net, loads=None, w=None):
         """`reactions.reactions_of`, with the friction of the joints at `loads` where it has any."""
         pi = {key: value for key, (value, _) in self.inertial(p).items()}
         held = None if loads is None or self.joints.friction is None else (loads[-12:-6], loads[-6:])

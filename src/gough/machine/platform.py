@@ -47,15 +47,32 @@ class PlatformMachine(Machine):
 
     # -- coordinates ----------------------------------------------------------------------------------------------
 
+    coordinate_count: ClassVar = 7
+
     @staticmethod
-    def coordinates_of(x):
+    def coordinates_of(p, x):
         """z of a pose x y z a b c.  (6,) -> (7,)."""
         return ca.vertcat(x[:3], frames.quaternion_of_abc(x[3:]))
 
     @staticmethod
-    def tool_pose_of(z):
+    def tool_pose_of(p, z):
         """Position and quaternion of T in W.  (7,) -> (3,), (4,)."""
         return z[:3], z[3:]
+
+    @staticmethod
+    def home_rotation(p):
+        """R_WT at home.  (3, 3)."""
+        return frames.rotation_of_abc(p.home[3:])
+
+    @staticmethod
+    def standing(x) -> np.ndarray:
+        """z of poses, in NumPy; NaN where a machine has none.  (..., 6) -> (..., 7)."""
+        return np.concatenate([x[..., :3], frames.quaternion_of_abc_np(x[..., 3:])], -1)
+
+    @staticmethod
+    def task_of(p, z):
+        """x y z a b c of T in W.  (7,) -> (6,)."""
+        return ca.vertcat(z[:3], frames.abc_of_rotation(frames.rotation_of_quaternion(z[3:])))
 
     @staticmethod
     def rate(p, z, v):
@@ -63,7 +80,7 @@ class PlatformMachine(Machine):
         return ca.vertcat(v[:3], frames.quaternion_rate(z[3:], v[3:]))
 
     @staticmethod
-    def normalised(z):
+    def normalised(p, z):
         """z with its quaternion of unit length again.  (7,)."""
         return ca.vertcat(z[:3], z[3:] / ca.norm_2(z[3:]))
 
@@ -71,6 +88,19 @@ class PlatformMachine(Machine):
     def stepped(z, d):
         """z moved by a small twist d = [dp; rotation vector in W]: a step on SO(3), not on angles.  (7,)."""
         return ca.vertcat(z[:3] + d[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(d[3:]), z[3:]))
+
+    @staticmethod
+    def between(z_before, z):
+        """The mean twist that leads from coordinates z_before to z in a second.  (6,)."""
+        turn = frames.rotation_vector_of_quaternion(frames.quaternion_product(z[3:], frames.conjugate(z_before[3:])))
+        return ca.vertcat(z[:3] - z_before[:3], turn)
+
+    @staticmethod
+    def target(p, r, z):
+        """[p_r - p; log(R_r R')] (6,) m and rad of a reference r and coordinates z, its twist and the rate of that."""
+        turn = frames.quaternion_product(frames.quaternion_of_abc(r.x[3:]), frames.conjugate(z[3:]))
+        e = ca.vertcat(r.x[:3] - z[:3], frames.rotation_vector_of_quaternion(turn))
+        return e, r.xd, r.xdd
 
     @staticmethod
     def bracket(v, w):
@@ -101,32 +131,18 @@ class PlatformMachine(Machine):
             S, Sc = bodies.skew(p.tool.position), bodies.skew(mc)
             I = R_TP @ (I + Sc @ S + S @ Sc - m * S @ S) @ R_TP.T
             mc = R_TP @ shifted
-        out = {"platform.m": (m, "kg")}
-        out |= {f"platform.m c{axis}": (mc[i], "kg m") for i, axis in enumerate("xyz")}
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-            out[f"platform.I{'xyz'[i]}{'xyz'[j]}"] = (I[i, j], "kg m2")
-        return out
+        return bodies.named("platform", m, mc, I)
 
     @staticmethod
     def _platform_in_W(pi, R):
         """m, m c (3,) and I (3, 3) of the platform about the origin of T, in axes of W."""
-
-        def of(key):
-            return pi[f"platform.{key}"]
-
-        mc = ca.vertcat(*[of(f"m c{axis}") for axis in "xyz"])
-        I = ca.vertcat(
-            ca.horzcat(of("Ixx"), of("Ixy"), of("Ixz")),
-            ca.horzcat(of("Ixy"), of("Iyy"), of("Iyz")),
-            ca.horzcat(of("Ixz"), of("Iyz"), of("Izz")),
-        )
-        return of("m"), R @ mc, R @ I @ R.T
+        return bodies.turned("platform", pi, R)
 
     # -- limits ---------------------------------------------------------------------------------------------------
 
     def determinant_of(self, p, z):
         """det J as a fraction of home's; 0 at a singular pose, negative in another assembly mode."""
-        home = self.coordinates_of(p.home)
+        home = self.coordinates_of(p, p.home)
         return determinant_6(self.jacobian_of(p, z)) / determinant_6(self.jacobian_of(p, home))
 
     @staticmethod

@@ -14,7 +14,7 @@ _SQUARE = "nearly square across its rail"
 
 def rail_margins(m, p, z):
     """`Machine.margins` of a hexaglide `m`."""
-    home = m.coordinates_of(p.home)
+    home = m.coordinates_of(p, p.home)
     _, e, q, u, c = m.reach(p, z)
     _, e_home, q_home, u_home, _ = m.reach(p, home)
     limits, carriages, legs = p.limits, m.joint_names, m.leg_names

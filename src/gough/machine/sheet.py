@@ -27,6 +27,8 @@ SCHEMA = "gough-machine-1"
 KINDS = {  # imported when asked for
     "hexapod": "gough.machine.hexapod:Hexapod",
     "hexaglide": "gough.machine.hexaglide:Hexaglide",
+    "tripod": "gough.machine.tripod:Tripod",
+    "axis": "gough.machine.axis:Axis",
 }
 
 
@@ -142,6 +144,9 @@ def source_problems(document: Document) -> list[Problem]:
     return found
 
 
+_PLACES = {"pose", "tip"}  # keys of the table [home]: a pose, or the place of a tip
+
+
 def source_of(key: str, sources: Mapping[str, str]) -> str | None:
     """What [source] says of a key, or of the nearest table above it."""
     while key:
@@ -199,10 +204,10 @@ def _sort(part: Part, table: Mapping[str, Any], above: str, changes: dict[str, A
             _sort(old, raw, f"{path}.", changes, whole)
         elif is_table:
             whole[path] = raw
-        elif isinstance(raw, Mapping) and set(raw) == {"pose"}:  # [home] pose, which the machine keeps as home
-            changes[path] = raw["pose"]
+        elif isinstance(raw, Mapping) and len(raw) == 1 and set(raw) <= _PLACES:  # [home] pose, which is kept as home
+            changes[path] = next(iter(raw.values()))
         else:
-            changes[path.removesuffix(".pose")] = raw
+            changes[path.removesuffix(".pose").removesuffix(".tip")] = raw
 
 
 def _is_part(value: Any) -> bool:

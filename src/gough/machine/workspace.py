@@ -44,18 +44,20 @@ def workspace_margins(machine, z) -> np.ndarray:
     return machine.arrays.run("workspace", z)[0]
 
 
-def workspace_of(p, z):
-    """The same of the view `p` of a machine, symbolic.  (7,) -> (k,)."""
-    space, home = p.limits.workspace, p.home
+def workspace_of(machine, p, z):
+    """The same of the view `p` of `machine`, symbolic.  (len(z),) -> (k,)."""
+    space, home = p.limits.workspace, ca.SX(p.home)
     if space is None:
         return ca.SX(0, 1)
-    R_home, R = frames.rotation_of_abc(home[3:]), frames.rotation_of_quaternion(z[3:])
-    turn = frames.abc_of_rotation(R)[2] - home[5]
+    position, quat = machine.tool_pose_of(p, z)
+    R_home, R = machine.home_rotation(p), frames.rotation_of_quaternion(quat)
+    home_c = home[5] if home.shape[0] == 6 else frames.abc_of_rotation(R_home)[2]
+    turn = frames.abc_of_rotation(R)[2] - home_c
     turn = ca.fabs(turn - 2 * np.pi * ca.floor((turn + np.pi) / (2 * np.pi)))
     # the angle by atan2 of sine and cosine: arccos alone loses half the digits near zero
     sine = ca.norm_2(ca.cross(R[:, 2], R_home[:, 2]))
     tilt = ca.atan2(sine, ca.dot(R[:, 2], R_home[:, 2]))
-    offset = z[:3] - home[:3]
+    offset = position - home[:3]
     across = space.radius - ca.norm_2(offset[:2]) if space.size is None else space.size / 2 - ca.fabs(offset[:2])
     inside = ca.vertcat(across, space.height / 2 - ca.fabs(offset[2]), space.tilt - tilt, space.c - turn)
     return inside + 1e-9  # a pose on the very edge is inside, whatever the last digits say
@@ -72,7 +74,7 @@ def outside_workspace(machine, index: int, margin: float, place: str | None) -> 
 
 
 def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> tuple[int, float]:
-    """Refuse poses (N, 6) outside the limits or near a singularity; the workspace is not asked.
+    """Refuse poses (N, d) outside the limits or near a singularity; the workspace is not asked.
 
     The row with the largest condition number of J that was looked at, and that number.
 
@@ -85,12 +87,12 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
         for the first such row, with the joint and by how much.
     """
     x = np.atleast_2d(x)
-    z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
-    found = machine.arrays.run("margins", z)[0]
+    found = machine.arrays.run("margins", machine.standing(x))[0]
     outside = ~(found >= 0)
     beyond_limits = np.flatnonzero(outside.any(-1))
     sample = np.arange(0, len(x), thin)
-    if len(beyond_limits) and machine.unreachable(x) is not None:  # J stops at the first pose without joint coordinates
+    unreachable = machine.unreachable(x) if len(beyond_limits) else None
+    if unreachable is not None:  # J stops at the first pose without joint coordinates
         sample = sample[sample < beyond_limits[0]]
     number = condition(machine, machine.jacobian(x[sample]))
     singular = np.flatnonzero(~(number <= machine.limits.condition))
@@ -105,6 +107,8 @@ def check_poses(machine, x, place=lambda row: f"index {row}", thin: int = 1) -> 
     if len(beyond_limits):
         row = int(beyond_limits[0])
         worst = int(np.argmax(outside[row]))
+        if unreachable is not None and unreachable[0] == row and np.isnan(found[row, worst]):
+            raise unreachable[1].at(where=place(row))
         raise beyond(machine, worst, found[row, worst], place(row))
     largest = int(np.argmax(number))
     return int(sample[largest]), float(number[largest])
@@ -116,19 +120,21 @@ _CURE = "move the work (origin), or change the limits of the machine"
 def beyond(machine, index: int, margin: float, place: str | None, time: float | None = None):
     """The error that the limit `index` of `Machine.margins` is exceeded by -margin."""
     rule, value, limit = machine.limit_told(index, margin)
-    kind = SingularityError if index == len(machine.limit_names) - 1 else WorkspaceError
+    kind = SingularityError if machine.limit_names[index].startswith("near a singularity") else WorkspaceError
     return kind(rule, where=place, value=value, limit=limit, time=time, cure=_CURE)
 
 
 def condition(machine, J) -> np.ndarray:
-    """Condition number of J (..., n, 6), its rotation columns divided by the platform's radius (rms).  (...)."""
+    """Condition number of J (..., n, d), its rotation columns divided by the platform's radius (rms).  (...)."""
+    if J.shape[-1] in (1, 3):
+        return np.linalg.cond(J)
     B = machine.joints.platform
     radius = np.sqrt(((B - B.mean(0)) ** 2).sum(-1).mean())
     return np.linalg.cond(J / np.r_[1, 1, 1, radius, radius, radius])
 
 
 def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Poses uniform in the declared workspace, kept where stroke, cones and det J allow.  (count, 6).
+    """Poses uniform in the declared workspace, kept where stroke, cones and det J allow.  (count, d).
 
     Raises
     ------
@@ -138,8 +144,8 @@ def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
     space, home = machine.limits.workspace, machine.home
     if space is None:
         raise WorkspaceError("the machine declares no workspace", cure="give limits.workspace")
-    kept = np.zeros((0, 6))
-    R_home = rotation_of_quaternion_np(quaternion_of_abc_np(home[3:]))
+    kept, turns = np.zeros((0, len(home))), len(home) == 6  # else tilt and turn follow from the place
+    R_home = rotation_of_quaternion_np(quaternion_of_abc_np(home[3:] if turns else np.zeros(3)))
     tried = 0
     while len(kept) < count:
         n = 2 * count + 1000
@@ -160,7 +166,6 @@ def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
         spin = rotation_of_vector_np(np.stack([zero, zero, rng.uniform(-space.c, space.c, n)], -1))
         abc = abc_of_rotation_np(lean @ R_home @ spin)
         height = rng.uniform(-0.5, 0.5, n) * space.height
-        x = np.concatenate([home[:3] + np.stack([*across, height], -1), abc], -1)
-        z = np.concatenate([x[:, :3], quaternion_of_abc_np(x[:, 3:])], -1)
-        kept = np.concatenate([kept, x[(margins(machine, z) >= 0).all(-1)]])
+        x = np.concatenate([home[:3] + np.stack([*across, height], -1), abc], -1)[:, : len(home)]
+        kept = np.concatenate([kept, x[(margins(machine, machine.standing(x)) >= 0).all(-1)]])
     return kept[:count]

@@ -69,6 +69,31 @@ def first_moments(body) -> tuple:
     return body.mass, body.mass * body.center, body.inertia - body.mass * S @ S
 
 
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def named(name: str, m, mc, I) -> dict:
+    """The ten numbers of a body as {name: (SX, unit)}: "platform.m", "platform.m cx", "platform.Ixx" ..."""
+    out = {f"{name}.m": (m, "kg")}
+    out |= {f"{name}.m c{axis}": (mc[i], "kg m") for i, axis in enumerate("xyz")}
+    return out | {f"{name}.I{'xyz'[i]}{'xyz'[j]}": (I[i, j], "kg m2") for i, j in _PAIRS}
+
+
+def turned(name: str, pi, R) -> tuple:
+    """m, m c (3,) and I (3, 3) of the body `name` among the numbers pi = {name: SX}, turned by R (3, 3)."""
+
+    def of(key):
+        return pi[f"{name}.{key}"]
+
+    mc = ca.vertcat(*[of(f"m c{axis}") for axis in "xyz"])
+    I = ca.vertcat(
+        ca.horzcat(of("Ixx"), of("Ixy"), of("Ixz")),
+        ca.horzcat(of("Ixy"), of("Iyy"), of("Iyz")),
+        ca.horzcat(of("Ixz"), of("Iyz"), of("Izz")),
+    )
+    return of("m"), R @ mc, R @ I @ R.T
+
+
 def rigid_wrench(m, mc_W, I_W, w, a_O, wd):
     """Force and moment about the body's origin O that its motion needs, in W.  (6,).
 

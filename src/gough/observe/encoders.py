@@ -35,14 +35,17 @@ SMOOTHING = 20e-3  # s, eq. (5): some samples, and short against the time betwee
 def explained(machine, p, x, V, Vd, qdd):
     """(a_0, G) of eq. (1): joint accelerations without joint forces, (n,) m/s2, and of each, (n, n) 1/kg.
 
-    `p` is the view of the believed `machine`; pose x, twist, twist rate and joint accelerations of the reference.
+    `p` is the view of the believed `machine`; task coordinates x, their rate, its rate and joint accelerations
+    of the reference.
     """
-    z = machine.coordinates_of(x)
+    z = machine.coordinates_of(p, x)
+    v = machine.velocity_of(p, z, V)
+    vd = machine.acceleration_of(p, z, v, Vd)
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
-    M, h = machine.mass_and_bias(p, pi, z, V)
+    M, h = machine.mass_and_bias(p, pi, z, v)
     J = machine.jacobian_of(p, z)
     moved = J @ solve_spd(M, ca.horzcat(J.T, h))
-    return qdd - moved[:, -1] - J @ Vd, moved[:, :-1]
+    return qdd - moved[:, -1] - J @ vd, moved[:, :-1]
 
 
 def residual(p, a, G, q_m, before, further, F, period):

@@ -15,6 +15,7 @@ from ..frames import rotation_of_abc_np
 from .course import Rules, course_of
 from .feed import Feed, Limits
 from .path import Path
+from .path_check import check_one_axis, check_upright
 from .progress import tell
 from .reference import Motion, Reference
 
@@ -86,7 +87,7 @@ _PLANNING = threading.RLock()  # two runs of one program that start together pla
 
 @functools.lru_cache(maxsize=1)
 def _planned(program: Program, machine) -> Motion:
-    origin = np.asarray(machine.home if program.origin is None else program.origin, float)
+    origin = np.asarray(machine.program_zero if program.origin is None else program.origin, float)
     feed = machine.feed
     limits = Limits(
         feed.rapid,
@@ -96,6 +97,10 @@ def _planned(program: Program, machine) -> Motion:
         program.jerk or feed.jerk,
     )
     path = program.path().placed(origin[:3], rotation_of_abc_np(origin[3:]))
+    if len(machine.task) < 6:
+        check_upright(path, machine)
+    if len(machine.task) == 1:
+        check_one_axis(path, machine)
     tell("planning", 0.0)
     limits = limits if program.profile == "jerk_limited" else limits._replace(jerk=None)
     course = course_of(path, program.rules, limits)

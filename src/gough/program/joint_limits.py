@@ -146,11 +146,12 @@ class JointLimits:
 
     def _joints(self, block, u, ud, udd):
         motion = tool_motion(self.path, block, u, ud, udd)
+        x, xd, xdd = self.machine.task_motion(motion.x, motion.xd, motion.xdd)
         try:
-            return self.machine.joint_motion(motion.x, motion.xd, motion.xdd)
+            return self.machine.joint_motion(x, xd, xdd)
         except WorkspaceError:
-            row, error = self.machine.unreachable(motion.x)
-            line = int(self.path.line[np.broadcast_to(block, len(motion.x))[row]])
+            row, error = self.machine.unreachable(x)
+            line = int(self.path.line[np.broadcast_to(block, len(x))[row]])
             raise error.at(where=f"NC line {line}" if line else "on the path") from None
 
     def excess(self, feed) -> tuple[np.ndarray, np.ndarray]:

@@ -66,3 +66,49 @@ def _check_numbers(path):
 
 def _line(path, i):
     return int(path.line[i]) or None
+
+
+def check_upright(path, machine) -> None:
+    """Refuse a path that turns the tool, or takes a tool of its own, on a machine whose tilt follows from the place.
+
+    Raises
+    ------
+    ProgramError
+        with the first such line.
+    """
+    every = np.arange(len(path))
+    turning = (np.abs(path.angle_rate(every, np.zeros(len(path)))) > 0).any(1) | path.turning_at_rest
+    rules = (
+        (
+            turning,
+            f"{machine.name} cannot turn its tool: tilt and turn follow from the place",
+            "leave A, B and C alone",
+        ),
+        (
+            path.tool.any(1),
+            f"a tool offset needs the axis of the tool, which {machine.name} tilts by itself",
+            "leave G43 out",
+        ),
+    )
+    for bad, rule, cure in rules:
+        if bad.any():
+            raise ProgramError(rule, line=int(path.line[np.argmax(bad)]) or None, cure=cure)
+
+
+def check_one_axis(path, machine) -> None:
+    """Refuse a path that leaves the line of a machine of one axis, x.
+
+    Raises
+    ------
+    ProgramError
+        with the first such line.
+    """
+    every, moving = np.arange(len(path)), path.length > 0
+    across = np.zeros(len(path), bool)
+    for share in (0.0, 0.25, 0.5, 1.0):  # an arc that runs along x somewhere does not do so everywhere
+        across |= moving & (np.abs(path.tangent(every, share * path.length)[:, 1:]) > 1e-9).any(1)
+    if across.any():
+        raise ProgramError(
+            f"{machine.name} has one axis and moves along X only",
+            line=int(path.line[np.argmax(across)]) or None, cure="leave Y and Z as they are",
+        )  # fmt: skip

@@ -23,8 +23,8 @@ WINDOW_LENGTH, WINDOW_TIME = 5e-3, 0.1  # m, s of feed: where the point closest 
 class Reference(NamedTuple):
     """Rows of n samples.  Joint columns are as many as the machine has joints."""
 
-    x: Any  # pose of T in W: x y z a b c, m and rad
-    xd: Any  # twist V_WT = [v; w], m/s and rad/s
+    x: Any  # task coordinates of T in W: x y z, and a b c where the machine has them, m and rad
+    xd: Any  # twist V_WT = [v; w], m/s and rad/s, or v alone
     xdd: Any  # its rate
     q: Any  # joints, m
     qd: Any
@@ -76,6 +76,7 @@ class Motion:
         _, (i, u, ud, udd) = self._at(k0, k1, Ts)
         path = self.course.path
         x, xd, xdd, tangent, bend, R_WT = tool_motion(path, i, u, ud, udd)
+        x, xd, xdd = self.machine.task_motion(x, xd, xdd)
         curvature = norm(bend)
         normal = bend / np.where(curvature > 0, curvature, 1.0)[:, None]
         q, qd, qdd = self.machine.joint_motion(x, xd, xdd, on_fail="nan")

@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from ..errors import ExperimentError, did_you_mean
+from .law_tasks import cycle
 from .loop import closed_loop
 from .stability import choose_substeps
 
@@ -94,10 +95,11 @@ def _bandwidth(machine, law, period, index, substeps) -> float:
             f"{law.kind}: a loop that is unstable at a period of {law.period * 1e3:g} ms has no bandwidth",
             key="controller", value=f"spectral radius {radius:.6g} a sample", limit="1", cure="lower the gains",
         )  # fmt: skip
-    nyquist = 0.5 / law.period
+    step = cycle(law, period)
+    nyquist = 0.5 / step
     f = np.geomspace(LOWEST, nyquist, max(2, math.ceil(FINE * math.log10(nyquist / LOWEST))))
-    still = abs(response(space, law.period, [0.0], index)[0])
-    low = np.flatnonzero(np.abs(response(space, law.period, f, index)) < still / math.sqrt(2))
+    still = abs(response(space, step, [0.0], index)[0])
+    low = np.flatnonzero(np.abs(response(space, step, f, index)) < still / math.sqrt(2))
     if not len(low) or low[0] == 0:
         raise ExperimentError(
             f"{law.kind}: no bandwidth between {LOWEST:g} Hz and half the sampling rate", key="controller",
@@ -105,7 +107,7 @@ def _bandwidth(machine, law, period, index, substeps) -> float:
         )  # fmt: skip
 
     def excess(log_f):
-        return math.log(abs(response(space, law.period, [math.exp(log_f)], index)[0]) * math.sqrt(2) / still)
+        return math.log(abs(response(space, step, [math.exp(log_f)], index)[0]) * math.sqrt(2) / still)
 
     return math.exp(_root(excess, *np.log(f[low[0] - 1 : low[0] + 1])))
 

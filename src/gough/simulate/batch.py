@@ -17,13 +17,14 @@ import numpy as np
 from .. import kernel as kernels
 from ..errors import ExperimentError, RunError
 from ..kernel import noise
+from ..kernel.building import BUILDING
 from ..log import Log
 from ..log.batch import changes
 from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start, stopped
+from . import columns, observed, provenance, stability, start, stopped
 from .kept import Kept
 from .notes import EffortWarning, Notes
 from .reach import Reach
@@ -47,49 +48,55 @@ class _Ready(NamedTuple):
 class Batch:
     """The runs of one batch: what is fixed before them, and what they collect."""
 
-    def __init__(self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool):
-        self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
-        self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
-        self.count, self.seeds = len(plants), seeds
-        self.laws = self._bound(laws)
-        self.law = self.laws[0]
-        same_structure("controller", self.laws)
-        if not self.law.symbolic and any(law != self.law for law in self.laws):
-            raise ExperimentError(
-                "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
-                key="controller",
-                value=type(self.law).__name__,
-                cure="run them one after the other, or write the step in CasADi's operations",
-            )
-        self.motion = program.plan(machine)
-        self.ticks = self.motion.count(run.period)
-        self._check_rows()
-        self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
-        self.shared = columns.SHARED if self.asked.ramp is None else ("t",)
-        self.ends: list[stopped.End] = [stopped.End((), None)] * self.count
-        self.notes = Notes()
-        self.reach = Reach(machine, self.motion, run.period, self.notes)
-        self.meter = ContourMeter(self.motion)
-        self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
-        self.samples = np.zeros(self.count, int)
-        self.errors: list[RunError | None] = [None] * self.count
-        self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
-        self.faults = max(len(plant.faults) for plant in plants)
-        self.drifts = any(plant.friction_drift for plant in plants)
-        first = self.motion.sample(0, 1, run.period)
-        self.row = Reference(*(column[0] for column in first))
-        _, unreachable = self.reach.of(0, first.x)
-        if unreachable is not None:
-            raise unreachable
-        ready = self._ready()
-        self.substeps_of = [one.substeps for one in ready]
-        self.substeps = max(self.substeps_of)
-        radii = [
-            stability.check_loop(machine, law, run.period, self.substeps, strict, self.notes)
-            for law in {id(law): law for law in self.laws}.values()
-        ]
-        self.radius = None if None in radii else max(radii)
-        self._start(ready)
+    def __init__(
+        self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool, observer=None
+    ):
+        with BUILDING:
+            self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
+            self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
+            self.count, self.seeds = len(plants), seeds
+            self.laws = self._bound(laws)
+            self.observer = None if observer is None else observer.on(machine, run.period)
+            self.law = self.laws[0]
+            same_structure("controller", self.laws)
+            if not self.law.symbolic and any(law != self.law for law in self.laws):
+                raise ExperimentError(
+                    "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
+                    key="controller",
+                    value=type(self.law).__name__,
+                    cure="run them one after the other, or write the step in CasADi's operations",
+                )
+            self.motion = program.plan(machine)
+            for law in {id(law): law for law in self.laws}.values():
+                law.check_motion(self.motion, run.period)
+            self.ticks = self.motion.count(run.period)
+            self._check_rows()
+            self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
+            self.shared = columns.SHARED if self.asked.ramp is None else ("t",)
+            self.ends: list[stopped.End] = [stopped.End((), None)] * self.count
+            self.notes = Notes()
+            self.reach = Reach(machine, self.motion, run.period, self.notes)
+            self.meter = ContourMeter(self.motion)
+            self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
+            self.samples = np.zeros(self.count, int)
+            self.errors: list[RunError | None] = [None] * self.count
+            self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
+            self.faults = max(len(plant.faults) for plant in plants)
+            self.drifts = any(plant.friction_drift for plant in plants)
+            first = self.motion.sample(0, 1, run.period)
+            self.row = Reference(*(column[0] for column in first))
+            _, unreachable = self.reach.of(0, first.x)
+            if unreachable is not None:
+                raise unreachable
+            ready = self._ready()
+            self.substeps_of = [one.substeps for one in ready]
+            self.substeps = max(self.substeps_of)
+            radii = [
+                stability.check_loop(machine, law, run.period, self.substeps, strict, self.notes)
+                for law in {id(law): law for law in self.laws}.values()
+            ]
+            self.radius = None if None in radii else max(radii)
+            self._start(ready)
 
     def _bound(self, laws):
         known = {id(law): law.on(self.believed, self.run_part.period) for law in laws}
@@ -122,9 +129,9 @@ class Batch:
                 substeps = steps[id(plant)]
                 parameters = start.parameters(
                     self.believed, true, law, plant, run.period, self.faults, self.asked, self.drifts
-                )
+                ) | observed.parameters(self.observer)
                 try:
-                    at_rest = start.at_rest(self.believed, true, law, plant.wrench, self.row)
+                    at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
                     known[key] = _Ready(substeps, parameters, None, error)
                 else:
@@ -138,7 +145,7 @@ class Batch:
         run, true = self.run_part, self.true
         started = [one.start for one in ready if one.start is not None]
         self.state = started[0].law if started else self.law.init(self.row, np.zeros(len(self.row.q)))
-        self.signals = columns.chosen(run.signals, self.state, true, self.drifts)
+        self.signals = columns.chosen(run.signals, self.state, true, self.drifts, observed.logged(self.observer))
         groups = defaultdict(list)
         for i, one in enumerate(ready):
             if one.start is not None:
@@ -149,6 +156,7 @@ class Batch:
                 self.believed, true, self.law, self.state, self.row, run.period, substeps, self.faults, self.asked,
                 self.signals, self.drifts,
             )  # fmt: skip
+            schedule = observed.with_observer(schedule, self.observer)
             self.kernel = kernels.compile(schedule, lanes=self.lanes)
             for at in range(0, len(members), SLAB):
                 self.slabs.append(self._slab(schedule, members[at : at + SLAB], ready))
@@ -156,7 +164,8 @@ class Batch:
     def _slab(self, schedule, members, ready):
         run = self.run_part
         parameters = [ready[i].parameters for i in members]
-        states = [start.states(schedule, ready[i].start, self.row) for i in members]
+        begun = observed.states(self.observer, self.row.x)
+        states = [start.states(schedule, ready[i].start, self.row) | begun for i in members]
         keys = [noise.run_key(run.seed, i) if self.seeds is None else noise.run_key(self.seeds[i], 0) for i in members]
         simulation = self.kernel.start(_stacked(parameters), _stacked(states), runs=len(members), keys=keys)
         return self.kernel, simulation, np.array(members)
@@ -223,7 +232,7 @@ class Batch:
         row = {name: out[..., where] for name, where in kernel.columns.items()}
         if "stopping" in row:
             book = stopped.held(book, row["stopping"][..., 0], run.stop_ramp, self.motion, k, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"], book)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         counted = np.broadcast_to(book.counted.reshape(n, -1), (n, len(live)))
         line = np.broadcast_to(book.line.reshape(n, -1), (n, len(live)))
         for j, lane in enumerate(live):
@@ -240,6 +249,7 @@ class Batch:
             found = columns.columns(
                 run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals
             )
+            found |= observed.columns(self.observer, row, part, self.signals)
             self.kept.take(k, found, members[live], ends[live])
 
     # -- what is said of it ---------------------------------------------------------------------------------------
@@ -252,7 +262,7 @@ class Batch:
             kept.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count, runs=self.count
         )
         for name, values in kept.items():
-            dim, units, meaning = columns.told(self.law, name)
+            dim, units, meaning = observed.told(self.observer, name) or columns.told(self.law, name)
             builder.add(name, values, dim, units, meaning, shared=name in self.shared)
         metrics = [sums.result() for sums in self.sums]
         failed = np.array([error is not None for error in self.errors])

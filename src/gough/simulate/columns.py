@@ -21,8 +21,8 @@ SHARED = ("t", "x_r", "xd_r", "q_r", "s_r", "line", "block", "counted")
 RESIDUAL = "observer.encoder_residual"
 
 
-def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
-    """The variables of the log that were asked for; None for all.
+def chosen(signals, state, machine, drifts: bool = False, more=()) -> set[str] | None:
+    """The variables of the log that were asked for; None for all.  `more` are names of others there are.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
         return None
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
-    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else [])]
+    known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else []), *more]
     for i, name in enumerate(signals):
         if name not in known:
             cure = did_you_mean(name, known)
@@ -41,20 +41,29 @@ def chosen(signals, state, machine, drifts: bool = False) -> set[str] | None:
     return set(signals)
 
 
+def tool_rows(row) -> np.ndarray:
+    """Position and quaternion of the true T in W among the kernel's signals.  (..., 7)."""
+    return row["tool"] if "tool" in row else row["z"]
+
+
 def columns(period, k, part, reference: Reference, row, book, contour, wrench, state, signals) -> dict[str, np.ndarray]:
     """The variables of samples k ..., thinned by the slice `part`; those of SHARED without the axis of the runs.
 
     `row` has the kernel's signals, `wrench` (6,) or (runs, 6) what acts on the tool.
     """
-    z = row["z"][part]
-    x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
+    z = tool_rows(row)[part]
     course = _course(reference, row, part)
-    x_r = course["x_r"][..., 3:]
-    x_r = x_r if x_r.ndim == z.ndim else x_r[:, None]
-    x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
+    d = reference.x.shape[-1]
+    if d < 6:
+        x = z[..., :3] if d == 3 else row["z"][part][..., :d]  # an axis counts along its rail
+    else:
+        x = np.concatenate([z[..., :3], abc_of_rotation_np(rotation_of_quaternion_np(z[..., 3:]))], -1)
+        x_r = course["x_r"][..., 3:]
+        x_r = x_r if x_r.ndim == z.ndim else x_r[:, None]
+        x[..., 3:] += 2 * np.pi * np.round((x_r - x[..., 3:]) / (2 * np.pi))  # the turn nearest the reference
     found = {
         "t": (np.arange(k, k + len(row["z"]))[part]) * period,
-        "x": x, "xd": row["v"][part], "s_r": book.s[part],
+        "x": x, "xd": row.get("xd", row["v"])[part], "s_r": book.s[part],
         "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
         "wrench": np.broadcast_to(wrench, (len(z), *np.shape(wrench))),
     } | course  # fmt: skip

@@ -33,15 +33,17 @@ FORCES = {  # name: (field of Reactions, what is said of it)
     "plant.bushing_mouth": ("mouth", Told(VECTOR, "N", "force of the sleeve's mouth on each tube, x y z in W")),
     "plant.bushing_end": ("end", Told(VECTOR, "N", "force of the sleeve on the end of each tube, x y z in W")),
     "plant.normal_force": ("normal", Told(("joint",), "N", "normal force between tube and sleeve, of both bushings")),
+    "plant.multiplier": (
+        "multiplier",
+        Told(("closure",), "N", "multipliers of the closure: forces along what closes it"),
+    ),
 }
 
 
 def available(machine) -> list[str]:
     """The names of FORCES that a machine has."""
-    if not hasattr(machine, "reactions_of"):
-        return []
-    guided = ("plant.reaction", "plant.base_reaction")
-    return [name for name in FORCES if machine.guided or name in guided]
+    has = getattr(machine, "reaction_fields", ())
+    return [name for name in FORCES if FORCES[name][0] in has]
 
 
 def asked(signals) -> tuple[str, ...]:
@@ -74,7 +76,7 @@ def _function(shape: Shape, names: tuple[str, ...]) -> ca.Function:
     u, w, loads = ca.SX.sym("u", m.joints_count), ca.SX.sym("w", 6), tick.loads_symbol(m)
     _, vd = tick.rate(m, p, z, v, memory, u, w, loads)
     net = u - m.strut_friction(p, m.jacobian_of(p, z) @ v, memory, loads)
-    found: Reactions = m.reactions_of(p, z, v, vd, net, loads)
+    found: Reactions = m.reactions_of(p, z, v, vd, net, loads, w)
     out = [ca.vec(getattr(found, FORCES[name][0])) for name in names]
     return ca.Function("reactions", [theta, z, v, memory, u, w] + ([loads] if m.load_count else []), out)
 

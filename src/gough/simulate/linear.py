@@ -4,8 +4,9 @@ Held at a pose by the forces u_0, with d = [dp; rotation vector] the displacemen
 
     d' = v,   v' = M^-1 (d/dd (J' u_0 - h) d + J' (u - u_0)),   x - x_0 = T d                                      (1)
 
-T = diag(1, E^-1) turns a rotation vector into a b c (frames.py, (4)).  Friction is left out: at rest it has no slope,
-or none that says anything of a motion.
+T = diag(1, E^-1) turns a rotation vector into a b c (frames.py, (4)).  A machine with velocities of its own has their
+displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them.  Friction is left out:
+at rest it has no slope, or none that says anything of a motion.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from .. import frames
 from ..declare import Shape
 from ..errors import ExperimentError, SingularityError
 from ..machine.arrays import column
@@ -81,12 +81,10 @@ def plant_jacobians(shape: Shape) -> ca.Function:
     if mem.numel():
         bristles = machine.memory_rate(p, machine.jacobian_of(p, z) @ v, mem, loads)
         whole, whole_rates = ca.vertcat(y, mem), ca.vertcat(rates, bristles)
-    position, quat = machine.tool_pose_of(z)
-    x = ca.vertcat(position, frames.abc_of_rotation(frames.rotation_of_quaternion(quat)))[: len(machine.task)]
     out = [
         ca.jacobian(rates, y),
         ca.jacobian(whole_rates, whole),
         ca.jacobian(rates, u)[z.numel() :, :],
-        ca.jacobian(x, z),
+        ca.jacobian(machine.task_of(p, z), z),
     ]
     return ca.Function("jacobians", [theta, z, v, mem, u, loads], out)

@@ -21,6 +21,8 @@ In the continuous limit, for a law that knows the machine, d/d_r of each axis is
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 
@@ -39,7 +41,8 @@ def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool
     """The loop of `law` on `machine` at rest at the pose x (d,) (default: home) as A, B, C, D a sample, eq. (1).
 
     Input: displacement of the reference, [dp; rotation vector] in axes of W, (d,) m and rad; output: that of the tool.
-    One step is `law.period`, a multiple of `period`, which has `substeps` steps of the plant.  `frozen`: what an
+    One step is `law.period`, a multiple of `period`, which has `substeps` steps of the plant; of a law with tasks it is
+    the time after which all are due together again (law_tasks.cycle), the reference held over it.  `frozen`: what an
     adaptive law learns stays as it is at the start.
     """
     x = machine.home if x is None else column(x, len(machine.task), "pose")
@@ -47,6 +50,8 @@ def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool
     A, B = loop.jacobians()
     C = np.zeros((B.shape[1], len(A)))
     C[:, loop.rows["z"]] = np.linalg.pinv(loop.S)  # dz = S d
+    if not machine.pose_is_state:  # from displacements of its own velocities to those of the tool
+        B, C = B @ np.linalg.inv(loop.T), loop.T @ C
     # 1e-8: a hundred times the rounding of the differences
     constant = (np.abs(A - np.eye(len(A))).max(1) < 1e-8) & (np.abs(B).max(1) < 1e-8)
     kept = ~(constant | loop.learned if frozen else constant)
@@ -89,7 +94,7 @@ class Loop:
         )}  # fmt: skip
         values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
         values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
-        for k in range(max(task.every for task in schedule.tasks)):
+        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
             for task in (*schedule.tasks, *(schedule.substep * substeps)):
                 if k % task.every == 0:
                     out = task.function(*[values[name] for name in task.reads])

@@ -13,6 +13,10 @@ class StabilityWarning(RunWarning):
     """The closed loop of law, period and machine grows."""
 
 
+class LawWarning(RunWarning):
+    """Numbers of a law that do not go together."""
+
+
 class ReachWarning(RunWarning):
     """The motion leaves the declared workspace, or comes near a singularity."""
 

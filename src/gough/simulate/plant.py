@@ -21,6 +21,10 @@ class Plant(Part):
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
     )
+    offset: Array | None = quantity(
+        "m", "how far the tool stands from the program's first place when a run starts, in W", default=None,
+        shape=(3,),
+    )  # fmt: skip
     friction_drift: float | None = quantity(
         "1/s",
         "all friction grows by so much of its first size a second; below 0 it falls",

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import RunError, SingularityError
-from ..frames import quaternion_of_abc_np
 from ..machine.workspace import check_poses, outside_workspace, workspace_margins
 from ..program.reference import Motion
 from .notes import Notes, ReachWarning
@@ -34,9 +33,8 @@ class Reach:
             bad.append(row)
             return self._place(k + row)
 
-        poses = self.machine.tool_pose(x)
         try:
-            row, number = check_poses(self.machine, poses, place, THIN)
+            row, number = check_poses(self.machine, x, place, THIN)
         except RunError as error:
             return bad[-1], error
         limit = self.machine.limits.condition_warning
@@ -45,12 +43,11 @@ class Reach:
             self._warn(
                 rule, SingularityError(rule, where=self._place(k + row), value=f"{number:.3g}", limit=f"{limit:g}")
             )
-        self._within_workspace(k, poses[::THIN])
-        return len(poses), None
+        self._within_workspace(k, x[::THIN])
+        return len(x), None
 
-    def _within_workspace(self, k, poses):
-        z = np.concatenate([poses[:, :3], quaternion_of_abc_np(poses[:, 3:])], -1)
-        found = workspace_margins(self.machine, z)
+    def _within_workspace(self, k, x):
+        found = workspace_margins(self.machine, self.machine.standing(x))
         for index in np.flatnonzero((found < 0).any(0)):
             row = int(np.argmax(found[:, index] < 0))
             error = outside_workspace(self.machine, int(index), found[row, index], self._place(k + row * THIN))

@@ -13,6 +13,7 @@ from ..declare import Part, quantity
 from ..errors import ExperimentError
 from ..log import Log
 from ..machine.base import Machine
+from ..observe.base import Observer
 from ..program.base import Program
 from ..quantities import brief
 from .batch import Batch
@@ -22,6 +23,7 @@ from .single import Single
 _MAKE = {
     "machine": 'gk.load_machine("nist-octahedral")',
     "controller": "gk.PID(bandwidth=10.0)",
+    "observer": "gk.DisturbanceObserver(bandwidth=20.0)",
     "program": 'gk.load_program("part.ngc") or gk.Circle(radius=0.1, feed=0.05)',
     "plant": "gk.Plant(machine=machine, payload=20.0), or a machine",
 }
@@ -68,6 +70,7 @@ def simulate(
     encoder_check: float | None = None,
     stop_ramp: float | None = None,
     *,
+    observer: Observer | None = None,
     keep: str = "rows",
     labels: Sequence[str] | None = None,
     lanes: int | str = "auto",
@@ -76,6 +79,8 @@ def simulate(
     strict: bool = False,
 ) -> Log:
     """Run `program` on `plant` (default: `machine` itself) under `controller`, which believes `machine`.
+
+    An `observer` runs beside the law and changes nothing of the run; what it finds is in the log.
 
     `progress(simulated, total)` is called after every chunk, in seconds.  A run that leaves the machine's limits,
     diverges or trips (`ferror`, `min_ferror`: simulate.trip) ends there: its log has status "failed" and the reason;
@@ -122,11 +127,12 @@ def simulate(
         raise ExperimentError('lanes must be 1, 2, 4, 8 or "auto"', value=brief(lanes))
     _check("machine", machine, Machine)
     _check("program", program, Program)
+    _check("observer", observer, Observer | None)
     if not many:
         _check_single(keep, labels)
         _check("controller", controller, Controller)
         _check("plant", plant, Plant | Machine | None)
-        job = Single(machine, controller, program, _plant(machine, plant), run, strict)
+        job = Single(machine, controller, program, _plant(machine, plant), run, strict, observer)
     else:
         count = _count({"controller": controller, "plant": plant, "seed": seed}, many)
         laws = _each("controller", controller, count, Controller)
@@ -134,7 +140,7 @@ def simulate(
         made = {id(value): _plant(machine, value) for value in given}  # what is the same object stays one
         plants = [made[id(value)] for value in given]
         seeds = [Run(seed=_whole(value)).seed for value in seed] if "seed" in many else None
-        job = Batch(machine, laws, program, plants, seeds, _labels(labels, count), run, keep, lanes, strict)
+        job = Batch(machine, laws, program, plants, seeds, _labels(labels, count), run, keep, lanes, strict, observer)
     log, error = job.run(progress)
     if error is not None and on_fail == "raise":
         error.log = log

@@ -27,8 +27,8 @@ _NO_SPEED = 1e-6  # m/s; below it a path has no direction to turn from
 class Origin(NamedTuple):
     """Where a stop began: what eqs. (1)-(4) need of the reference there."""
 
-    x: Any  # pose, (6,)
-    twist: Any  # [v_0; w_0], (6,)
+    x: Any  # task coordinates, (d,)
+    twist: Any  # [v_0; w_0], (6,), or v_0 alone where tilt follows from the place
     bend: Any  # W n |v_0|, (3,) m/s2
     s: Any  # length driven, (1,) m
 
@@ -42,7 +42,7 @@ def origin(row) -> Origin:
 
 def duration(start: Origin, a, alpha, period):
     """T of eq. (4), s, at a path acceleration a m/s2 and an angular one alpha rad/s2."""
-    v, w = start.twist[:3], start.twist[3:]
+    v, w = start.twist[:3], _turning(start)
     return ca.fmax(ca.fmax(_size(v) / a, _size(w) / alpha), period)
 
 
@@ -54,26 +54,36 @@ def ramp(machine, p, row, start: Origin, t, T):
     braking = t < T
     tau = ca.if_else(braking, t - t * t / (2 * T), T / 2)
     s, sd = ca.if_else(braking, 1 - t / T, 0), ca.if_else(braking, -1 / T, 0)
-    v, w = start.twist[:3], start.twist[3:]
+    v, w = start.twist[:3], _turning(start)
     speed = _size(v)
     turn = start.bend / ca.sqrt(speed * speed + _NO_SPEED**2)  # W n, rad/s
     sine, versine, cosine = _series(tau, ca.dot(turn, turn))
     x = ca.vertcat(start.x[:3] + sine * v + versine * speed * turn, start.x[3:])
     here = cosine * v + sine * speed * turn  # dp / dtau
     bent = cosine * speed * turn - ca.dot(turn, turn) * sine * v  # d2p / dtau2
-    V = ca.vertcat(here * s, w * s)
-    Vd = ca.vertcat(bent * s * s + here * sd, w * sd)
-    z0 = machine.coordinates_of(x)
-    z = ca.vertcat(z0[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(w * tau), z0[3:]))
-    R = frames.rotation_of_quaternion(z[3:])
-    abc = _near(frames.abc_of_rotation(R), start.x[3:])
+    d = start.x.numel()
+    xd, xdd = ca.vertcat(here * s, w * s)[:d], ca.vertcat(bent * s * s + here * sd, w * sd)[:d]
+    z = machine.coordinates_of(p, x)
+    if d == 6:
+        z = ca.vertcat(z[:3], frames.quaternion_product(frames.quaternion_of_rotation_vector(w * tau), z[3:]))
+        R = frames.rotation_of_quaternion(z[3:])
+        x, axis = ca.vertcat(x[:3], _near(frames.abc_of_rotation(R), start.x[3:])), R[:, 2]
+    else:
+        axis = row.axis
+    V = machine.velocity_of(p, z, xd)
+    Vd = machine.acceleration_of(p, z, V, xdd)
     unit = 1 / ca.sqrt(ca.dot(here, here) + _NO_SPEED**2)
     return row._replace(
-        x=ca.vertcat(z[:3], abc), xd=V, xdd=Vd,
+        x=x, xd=xd, xdd=xdd,
         q=machine.joints_of(p, z), qd=machine.jacobian_of(p, z) @ V, qdd=machine.joint_acceleration(p, z, V, Vd),
         s=start.s + speed * tau, sd=speed * s, tangent=unit * here, normal=_direction(bent),
-        curvature=_size(turn) * unit, axis=R[:, 2],
+        curvature=_size(turn) * unit, axis=axis,
     )  # fmt: skip
+
+
+def _turning(start: Origin):
+    """w_0, 0 where the tool does not turn by itself.  (3,)."""
+    return start.twist[3:] if start.twist.numel() == 6 else ca.SX.zeros(3)
 
 
 def _series(tau, W2):

@@ -13,12 +13,13 @@ import numpy as np
 
 from .. import kernel as kernels
 from ..errors import ExperimentError, RunError
+from ..kernel.building import BUILDING
 from ..log import Log
 from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, provenance, stability, start, stopped
+from . import columns, observed, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
 from .supervise import supervision_of
@@ -32,51 +33,55 @@ CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and
 class Single:
     """One run: what is fixed before it, and what it collects."""
 
-    def __init__(self, machine, controller, program, plant, run, strict: bool):
-        self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
-        self.true = plant.true_machine
-        self.law = controller.on(machine, run.period)
-        self.motion = program.plan(machine)
-        self.ticks = self.motion.count(run.period)
-        rows = -(-self.ticks // run.log_every)
-        if rows > MOST_ROWS:
-            raise ExperimentError(
-                f"the program takes {self.motion.duration:.4g} s: the log would have {rows} rows",
-                key="run.log_every",
-                limit=f"{MOST_ROWS} rows",
-                cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
-            )
-        self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
-        self.notes = Notes()
-        self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
-        self.reach = Reach(machine, self.motion, run.period, self.notes)
-        self.meter = ContourMeter(self.motion)
-        self.sums = Accumulator(run.period)
-        first = self.motion.sample(0, 1, run.period)
-        self.row = Reference(*(column[0] for column in first))
-        _, unreachable = self.reach.of(0, first.x)
-        if unreachable is not None:
-            raise unreachable
-        self.kept: list[dict[str, np.ndarray]] = []
-        self._start()
+    def __init__(self, machine, controller, program, plant, run, strict: bool, observer=None):
+        with BUILDING:
+            self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
+            self.true = plant.true_machine
+            self.law = controller.on(machine, run.period)
+            self.observer = None if observer is None else observer.on(machine, run.period)
+            self.motion = program.plan(machine)
+            self.law.check_motion(self.motion, run.period)
+            self.ticks = self.motion.count(run.period)
+            rows = -(-self.ticks // run.log_every)
+            if rows > MOST_ROWS:
+                raise ExperimentError(
+                    f"the program takes {self.motion.duration:.4g} s: the log would have {rows} rows",
+                    key="run.log_every",
+                    limit=f"{MOST_ROWS} rows",
+                    cure=f"give log_every = {-(-self.ticks // MOST_ROWS)} or more, or check the feed",
+                )
+            self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
+            self.notes = Notes()
+            self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
+            self.reach = Reach(machine, self.motion, run.period, self.notes)
+            self.meter = ContourMeter(self.motion)
+            self.sums = Accumulator(run.period)
+            first = self.motion.sample(0, 1, run.period)
+            self.row = Reference(*(column[0] for column in first))
+            _, unreachable = self.reach.of(0, first.x)
+            if unreachable is not None:
+                raise unreachable
+            self.kept: list[dict[str, np.ndarray]] = []
+            self._start()
 
     def _start(self):
         """The plant at rest at the first reference, the law so that nothing moves."""
         run, plant = self.run_part, self.plant
         self.asked = supervision_of(self.believed, run, trip_of(self.believed, run.ferror, run.min_ferror))
         self.faults = start.check_faults(plant, self.true)
-        first = start.at_rest(self.believed, self.true, self.law, plant.wrench, self.row)
+        first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         drifts = bool(plant.friction_drift)
-        self.signals = columns.chosen(run.signals, self.state, self.true, drifts)
+        self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
         schedule = start.schedule_of(
             self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
             self.asked, self.signals, drifts,
         )  # fmt: skip
-        self.kernel = kernels.compile(schedule)
+        self.kernel = kernels.compile(observed.with_observer(schedule, self.observer))
         self.simulation = self.kernel.start(
-            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts),
-            start.states(schedule, first, self.row),
+            start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts)
+            | observed.parameters(self.observer),
+            start.states(schedule, first, self.row) | observed.states(self.observer, self.row.x),
             seed=run.seed,
         )
 
@@ -112,7 +117,7 @@ class Single:
         book = self.motion.book(k, k + n, run.period)
         if "stopping" in row:
             book = stopped.held(book, row["stopping"][:, 0], run.stop_ramp, self.motion, k, run.period)
-        contour = self.meter(k, k + n, run.period, row["z"], book)
+        contour = self.meter(k, k + n, run.period, columns.tool_rows(row), book)
         self.sums.update(
             contour_error=contour.contour_error, orientation_error=contour.orientation_error, lag=contour.lag,
             counted=book.counted, line=book.line, q_r=reference.q, qd_r=reference.qd, q=row["q"], qd=row["qd"],
@@ -123,6 +128,7 @@ class Single:
             columns.columns(
                 run.period, k, part, reference, row, book, contour, self.plant.wrench, self.state, self.signals
             )
+            | observed.columns(self.observer, row, part, self.signals)
         )
         return n
 
@@ -133,7 +139,7 @@ class Single:
         joined = {name: np.concatenate([chunk[name] for chunk in self.kept]) for name in names}
         builder = LogBuilder(joined.pop("t", np.zeros(0)), self.believed.task, self.believed.joints_count)
         for name, values in joined.items():
-            dim, units, meaning = columns.told(self.law, name)
+            dim, units, meaning = observed.told(self.observer, name) or columns.told(self.law, name)
             builder.add(name, values, dims=dim, units=units, long_name=meaning)
         status = "done" if error is None else "failed"
         metrics = self.sums.result()

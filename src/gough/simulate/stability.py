@@ -9,7 +9,8 @@ rest and with the acceleration of [feed] along each axis.
 Those forces come from the acceleration a sub-step before: a -> loads -> friction -> a+ must contract, else it grows
 from step to step.  (Nor does it settle in nature: there friction holds more than the drive pushes: the strut jams.)
 
-A law and a period are tried together: in one whole sample of the law at rest (loop.py) a spectral radius above 1 grows.
+A law and a period are tried together: in one whole sample of the law at rest, or one cycle of its tasks (loop.py), a
+spectral radius above 1 grows.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from ..errors import ExperimentError, InputError
 from ..kernel.rows import compile_rows
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
-from . import tick
+from . import law_tasks, tick
 from .drift import drifts, scale
 from .linear import plant_jacobians
 from .loop import loop_eigenvalues
-from .notes import Notes, StabilityWarning
+from .notes import LawWarning, Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
@@ -75,7 +76,10 @@ class _Geometry:
         return isinstance(other, _Geometry) and self._key == other._key
 
 
-_DYNAMIC = ("platform.", "strut.moving.", "strut.fixed.", "friction.", "joints.friction.", "drive.", "feed.")
+_DYNAMIC = (
+    *("platform.", "strut.moving.", "strut.fixed.", "carriage."),
+    *("friction.", "joints.friction.", "drive.", "feed."),
+)
 
 
 @lru_cache(maxsize=64)
@@ -181,11 +185,14 @@ def substeps_of(true, plant, duration: float, run) -> int:
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
     """Of the linearised closed loop at home and rest, per sample of the law, which is bound by `law.on`."""
-    return float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
+    radius = float(np.abs(loop_eigenvalues(machine, law, period, substeps)).max())
+    return radius ** (law.period / law_tasks.cycle(law, period))
 
 
 def check_loop(machine, law, period, substeps, strict: bool = False, notes: Notes | None = None) -> float | None:
-    """Warn (`strict`: refuse) when law and period do not go together on this machine; `notes` keeps the warning.
+    """Warn (`strict`: refuse) when law and period do not go together on this machine; `notes` keeps the warnings.
+
+    What the law doubts itself is warned of too.
 
     The spectral radius a sample of the law; None for a law in plain NumPy.
 
@@ -194,9 +201,12 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
     ExperimentError
         only with `strict`.
     """
+    notes = Notes() if notes is None else notes
+    for doubt in law.doubts():
+        notes.warn(f"{law.kind}: {doubt}", LawWarning)
     if not law.symbolic:
         return None
-    radius = spectral_radius(machine, law, period, substeps)
+    radius = spectral_radius(machine, law.standing(), period, substeps)
     # the integrals and the kept command sit at 1 or below; 1e-6 is ten times the error of the differences
     if radius > 1 + 1e-6:
         growth = math.log(2) / math.log(radius) * law.period
@@ -205,5 +215,5 @@ def check_loop(machine, law, period, substeps, strict: bool = False, notes: Note
         cure = "lower the bandwidth or shorten the period"
         if strict:
             raise ExperimentError(rule, key="controller", value=value, limit="1", cure=cure)
-        (Notes() if notes is None else notes).warn(f"{rule}: {value}; {cure}", StabilityWarning)
+        notes.warn(f"{rule}: {value}; {cure}", StabilityWarning)
     return radius

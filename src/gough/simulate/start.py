@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import ExperimentError
-from ..frames import quaternion_of_abc_np
 from ..kernel import Schedule
 from ..program.reference import Reference
 from . import drift, faults, joints, supervise, tick
@@ -23,8 +22,8 @@ class Start(NamedTuple):
     u: np.ndarray  # joint forces, (n,) N
 
 
-def at_rest(believed, true, law, wrench, row: Reference) -> Start:
-    """The true machine at the joints of the first reference `row`, held against `wrench`.
+def at_rest(believed, true, law, plant, row: Reference) -> Start:
+    """The true machine at the joints of the first reference `row`, or beside it, held against what acts on its tool.
 
     Raises
     ------
@@ -34,8 +33,11 @@ def at_rest(believed, true, law, wrench, row: Reference) -> Start:
     x0, d = row.x, len(believed.task)
     if np.abs(true.inverse_kinematics(x0) - row.q).max() > 1e-12:  # joints as read, on the true geometry
         x0 = true.forward_kinematics(row.q, near=x0)
-    u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), wrench)
-    return Start(np.concatenate([x0[:3], quaternion_of_abc_np(x0[3:])]), law.init(row, u0), u0)
+    if plant.offset is not None:  # the law is told by the encoders where it starts
+        x0 = x0 + np.concatenate([plant.offset, np.zeros(d - 3)])
+        row = row._replace(x=x0, q=true.inverse_kinematics(x0))
+    u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), plant.wrench)
+    return Start(true.standing(x0), law.init(row, u0), u0)
 
 
 def schedule_of(

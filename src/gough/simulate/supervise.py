@@ -102,7 +102,7 @@ def _with(schedule: Schedule, shape: Shape, check: bool, ramp: bool, trip: bool)
             Signal("unknown", 1, "parameter"),
             *(Signal(name, n, "state", names) for name in ("force_before", "flagged")),
             Signal("readings", 2 * n, "state"),
-            Signal("course_before", 18 + n, "state"),
+            Signal("course_before", 3 * len(m.task) + n, "state"),
             *(Signal(name, n, "wire", names) for name in ("encoder_residual", "encoder_allowed", "forced")),
         ]
         watch.append(_check(m, schedule.period))
@@ -113,7 +113,7 @@ def _with(schedule: Schedule, shape: Shape, check: bool, ramp: bool, trip: bool)
             Signal("stop", 4, "parameter", ("ramp", "turn", "least", "slope")),
             Signal("course", reference.size, "wire", reference.labels),
             Signal("reading", n, "wire", names),
-            *(Signal(name, k, "state") for name, k in (("stopping", 1), ("origin", size(_ORIGIN)), ("cause", 3))),
+            *(Signal(name, k, "state") for name, k in (("stopping", 1), ("origin", size(_origin(m))), ("cause", 3))),
             *([Signal("carried", 2 * n, "state"), Signal("unexplained", n, "state")] if check else []),
         ]
         watch.append(_stop(m, schedule.period, check, trip))
@@ -123,12 +123,12 @@ def _with(schedule: Schedule, shape: Shape, check: bool, ramp: bool, trip: bool)
             dataclasses.replace(t, reads=tuple(swap.get(r, r) for r in t.reads)) if t.name == "control" else t
             for t in tasks
         ]
-        limits, margins = _with_end(schedule, n, check)
+        limits, margins = _with_end(schedule, m, check)
         signals += [margins, *(s for s in schedule.signals if s.name != margins.name)]
     else:
         signals += schedule.signals
     if check:
-        watch.append(_remember(n, "course" if ramp else "reference"))
+        watch.append(_remember(m, "course" if ramp else "reference"))
     at = [task.name for task in tasks].index("sense") + 1
     return dataclasses.replace(
         schedule, signals=tuple(signals), tasks=(*tasks[:at], *watch, *tasks[at:]), limits=limits,
@@ -136,21 +136,25 @@ def _with(schedule: Schedule, shape: Shape, check: bool, ramp: bool, trip: bool)
     )  # fmt: skip
 
 
-_ORIGIN = safe_stop.Origin(np.zeros(6), np.zeros(6), np.zeros(3), np.zeros(1))
+def _origin(m) -> safe_stop.Origin:
+    """An Origin on machine `m`, to be cut from a vector."""
+    d = len(m.task)
+    return safe_stop.Origin(np.zeros(d), np.zeros(d), np.zeros(3), np.zeros(1))
 
 
-def _row(n: int) -> Reference:
-    """A row of the reference, to be cut from a vector."""
-    return Reference(*(np.zeros(k) for k in (6, 6, 6, n, n, n, 1, 1, 3, 3, 1, 3)))
+def _row(m) -> Reference:
+    """A row of the reference of machine `m`, to be cut from a vector."""
+    d, n = len(m.task), m.joints_count
+    return Reference(*(np.zeros(k) for k in (d, d, d, n, n, n, 1, 1, 3, 3, 1, 3)))
 
 
 def _check(m, period) -> Task:
     """Residual and bound, which encoders are flagged and for how many samples, and what the last force did."""
     p, theta = m.symbols
-    n = m.joints_count
+    n, d = m.joints_count, len(m.task)
     unknown, q_m, u, old, flagged = (ca.SX.sym(s, k) for s, k in zip("Fquof", (1, n, n, n, n), strict=True))
-    readings, course = ca.SX.sym("r", 2 * n), ca.SX.sym("c", 18 + n)
-    a, G = encoders.explained(m, p, course[:6], course[6:12], course[12:18], course[18:])
+    readings, course = ca.SX.sym("r", 2 * n), ca.SX.sym("c", 3 * d + n)
+    a, G = encoders.explained(m, p, *(course[k * d : (k + 1) * d] for k in range(3)), course[3 * d :])
     mean = a + G @ ((u + old) / 2)
     r, allowed = encoders.residual(p, mean, G, q_m, readings[:n], readings[n:], unknown, period)
     wrong = ca.logic_or(ca.logic_not(ca.fabs(r) <= allowed), flagged > 0)  # so is what is no number
@@ -163,9 +167,9 @@ def _check(m, period) -> Task:
     )
 
 
-def _remember(n: int, course: str) -> Task:
+def _remember(m, course: str) -> Task:
     """What the check of the next sample needs of the reference of this one."""
-    given = symbols(_row(n))
+    given = symbols(_row(m))
     found = ca.vertcat(given.x, given.xd, given.xdd, given.qdd)
     return Task("remember", ca.Function("remember", [flatten(given)], [found]), (course,), ("course_before",))
 
@@ -175,7 +179,7 @@ def _stop(m, period, check: bool, trip: bool) -> Task:
     p, theta = m.symbols
     n = m.joints_count
     stop, q_m = ca.SX.sym("stop", 4), ca.SX.sym("q_m", n)
-    row, origin = symbols(_row(n)), ca.SX.sym("origin", size(_ORIGIN))
+    row, origin = symbols(_row(m)), ca.SX.sym("origin", size(_origin(m)))
     stopping, cause = ca.SX.sym("stopping"), ca.SX.sym("cause", 3)
     given = [theta, stop, flatten(row), q_m, stopping, origin, cause]
     reads = ["theta_believed", "stop", "reference", "q_m", "stopping", "origin", "cause"]
@@ -198,13 +202,13 @@ def _stop(m, period, check: bool, trip: bool) -> Task:
     begins = ca.logic_and(ca.logic_not(on), why[0] != 0)
     origin_now = ca.if_else(on, origin, flatten(safe_stop.origin(row)))
     stopping_now = ca.if_else(on, stopping + 1, begins)
-    start = unflatten(_ORIGIN, origin_now)
+    start = unflatten(_origin(m), origin_now)
     T = safe_stop.duration(start, stop[0], stop[1], period)
     braked = safe_stop.ramp(m, p, row, start, ca.fmax(stopping_now - 1, 0) * period, T)
     course = ca.if_else(stopping_now > 0, flatten(braked), flatten(row))
     reading, out, writes = q_m, [], []
     if check:
-        qd_r = unflatten(_row(n), course).qd
+        qd_r = unflatten(_row(m), course).qd
         q, qd, d = encoders.followed(q_m, readings[n:], qd_r, carried[:n], carried[n:], forced, d, r, flagged, period)
         reading = ca.if_else(ca.logic_and(stopping_now > 0, flagged > 0), q, q_m)
         out = [ca.vertcat(q, qd), d]
@@ -214,14 +218,14 @@ def _stop(m, period, check: bool, trip: bool) -> Task:
     return Task("stop", ca.Function("stop", given, out), tuple(reads), tuple(writes))
 
 
-def _with_end(schedule: Schedule, n: int, check: bool) -> tuple[Task, Signal]:
+def _with_end(schedule: Schedule, m, check: bool) -> tuple[Task, Signal]:
     """The limits with one more, the end of a stop, and their signal."""
     old, by_name = schedule.limits, schedule.by_name
     given = [ca.SX.sym(name, by_name[name].size) for name in old.reads]
-    stop, stopping, origin = ca.SX.sym("stop", 4), ca.SX.sym("stopping"), ca.SX.sym("origin", size(_ORIGIN))
+    stop, stopping, origin = ca.SX.sym("stop", 4), ca.SX.sym("stopping"), ca.SX.sym("origin", size(_origin(m)))
     margins = old.function(*given)
-    T = safe_stop.duration(unflatten(_ORIGIN, origin), stop[0], stop[1], schedule.period)
-    flagged = ca.SX.sym("flagged", n) if check else ca.SX.zeros(n)
+    T = safe_stop.duration(unflatten(_origin(m), origin), stop[0], stop[1], schedule.period)
+    flagged = ca.SX.sym("flagged", m.joints_count) if check else ca.SX.zeros(m.joints_count)
     rest = ca.if_else(ca.mmax(flagged) > 0, safe_stop.REST_UNSEEN, safe_stop.REST)
     # half a sample more, so that rounding does not decide
     left = ca.if_else(stopping > 0, T + rest - (stopping - 1.5) * schedule.period, 1)

@@ -1,11 +1,13 @@
 """One sample of a digital controller on a machine, as a kernel schedule.
 
     sense     q, q' of the plant; encoder; friction, for the log
+    law ...   those of the law's tasks that are due in this sample
     control   the law's step: pose and speed from the encoder, force
     drive     delay, limit
     plant     `substeps` times: the forces in the joints that scale friction, from the acceleration of the sub-step
               before; half a step of the friction's memory with the velocity held, one RK4 step of the mechanics with
-              the memory held, half a step of the memory (Strang); then the quaternion is normalised
+              the memory held, half a step of the memory (Strang); then the quaternion is normalised, or what depends
+              on other coordinates pulled back to its closure
     limits    stroke, cones, det J
 
 The memory inside RK4 would be stiff at high speed and gives NaN at these steps; split off, it is exact
@@ -21,15 +23,15 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ..control.base import Controller, Measurement
+from ..control.base import Controller
 from ..declare import Shape
-from ..errors import InputError
 from ..frames import rotation_of_abc_np
-from ..kernel import Schedule, Signal, Task, period_ticks
-from ..kernel.pack import flatten, names, symbols, unflatten
+from ..kernel import Schedule, Signal, Task
+from ..kernel.pack import flatten, names
 from ..machine.base import Machine
 from ..mechanics.linear import solve_spd
 from ..program.reference import Reference
+from . import law_tasks
 from .drive import drive, encoder
 
 LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
@@ -38,20 +40,18 @@ LOGGED = ("z", "v", "q", "qd", "q_m", "u_c", "u", "friction", "saturated")
 def build(machine: Machine, law: Controller, state, reference: Reference, period: float, substeps: int) -> Schedule:
     """The schedule for the true `machine` under `law` whose first state is `state`.
 
-    `period` is that of the plant's sample; the law may tick at a multiple of it (`law.period`).  `reference` is any
-    row; of it, and of `state`, only names and sizes matter, of machine and law only the structure.
+    `period` is that of the plant's sample; the law may tick at a multiple of it (`law.period`), and its tasks at
+    multiples of that.  `reference` is any row; of it, and of `state`, only names and sizes matter, of machine and law
+    only the structure.
 
     Raises
     ------
     InputError
-        the law's period is no multiple of `period`.
+        the law's period is no multiple of `period`, or that of one of its tasks none of the law's.
     """
-    try:
-        every = period_ticks(law.period, period)
-    except InputError as error:
-        raise error.at(key="controller.period") from None
+    rates = law_tasks.rates(law, period)
     made = _built if law.symbolic else _built.__wrapped__  # a function of Python's belongs to this very law
-    return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, every)
+    return made(Shape(machine), Shape(law), _Template(state), _Template(reference), period, substeps, rates)
 
 
 class _Template:
@@ -69,13 +69,19 @@ class _Template:
 
 @lru_cache(maxsize=64)
 def _built(
-    machine: Shape, law: Shape, state: _Template, reference: _Template, period: float, substeps: int, every: int
+    machine: Shape,
+    law: Shape,
+    state: _Template,
+    reference: _Template,
+    period: float,
+    substeps: int,
+    rates: tuple[int, ...],
 ) -> Schedule:
     machine, law, state, reference = machine.part, law.part, state.value, reference.value
     n, v_count = machine.joints_count, len(machine.velocities)
     memory, loads = machine.memory_count, machine.load_count
     noisy = machine.drive.noise is not None
-    z_count = machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0]
+    z_count = machine.coordinate_count
     sizes = {"z": z_count, "v": v_count}
     signals = [
         Signal("theta_plant", len(machine.theta), "parameter", machine.names),
@@ -90,13 +96,16 @@ def _built(
         Signal("waiting", n, "state", machine.joint_names),
         *(Signal(name, n, "wire", machine.joint_names) for name in ("q", "qd", "q_m", "friction", "saturated")),
         Signal(
-            "u_c", n, "wire" if every == 1 else "state", machine.joint_names
+            "u_c", n, "wire" if rates[-1] == 1 else "state", machine.joint_names
         ),  # kept between the ticks of a slower law
         *(Signal(f"{name}{i}", size, "wire") for name, size in sizes.items() for i in (2, 3, 4)),
         *(Signal(f"{name}d{i}", size, "wire") for name, size in sizes.items() for i in (1, 2, 3, 4)),
     ]
     if noisy:
         signals.append(Signal("noise", n, "noise"))
+    seen = () if machine.pose_is_state else ("tool", "xd")
+    if seen:
+        signals += [Signal("tool", 7, "wire"), Signal("xd", len(machine.task), "wire")]
     if loads:
         signals += [Signal("acceleration", v_count, "state", machine.velocities), Signal("loads", loads, "state")]
     limit_names, limits = _limits(machine)
@@ -107,15 +116,9 @@ def _built(
             "sense",
             _sense(machine, noisy),
             ("theta_plant", "z", "v", "memory", *held) + (("noise",) if noisy else ()),
-            ("q", "qd", "q_m", "friction"),
+            ("q", "qd", "q_m", "friction", *seen),
         ),
-        Task(
-            "control",
-            _control(law, state, reference, n),
-            ("theta_law", "law", "reference", "q_m", "u"),
-            ("u_c", "law"),
-            every,
-        ),
+        *law_tasks.tasks(law, state, reference, n, rates),
         Task("drive", _drive(machine, n), ("theta_plant", "u_c", "waiting"), ("u", "saturated", "waiting")),
     )
     return Schedule(
@@ -124,7 +127,7 @@ def _built(
         _substep(machine, period / substeps),
         substeps,
         Task("limits", limits, ("theta_plant", "z"), ("limits",)),
-        LOGGED + ("law",) + (("memory",) if memory else ()),
+        LOGGED + ("law",) + (("memory",) if memory else ()) + seen,
         period,
     )
 
@@ -163,7 +166,7 @@ def rate(machine, p, z, v, memory, u, w, loads=None):
     pi = {key: value for key, (value, _) in machine.inertial(p).items()}
     M, h = machine.mass_and_bias(p, pi, z, v)
     J = machine.jacobian_of(p, z)
-    force = J.T @ (u - machine.strut_friction(p, J @ v, memory, loads)) + w - h
+    force = J.T @ (u - machine.strut_friction(p, J @ v, memory, loads)) + machine.wrench_of(p, z, w) - h
     if machine.load_count:
         force += machine.joint_friction(p, z, v, loads)
     return machine.rate(p, z, v), solve_spd(M, force)
@@ -172,7 +175,7 @@ def rate(machine, p, z, v, memory, u, w, loads=None):
 def symbols_of(machine):
     """View and theta of a machine, z, v and the friction's memory, as fresh symbols."""
     p, theta = machine.symbols
-    z = ca.SX.sym("z", machine.coordinates_of(ca.SX.sym("x", len(machine.task))).shape[0])
+    z = ca.SX.sym("z", machine.coordinate_count)
     return p, theta, z, ca.SX.sym("v", len(machine.velocities)), ca.SX.sym("memory", machine.memory_count)
 
 
@@ -205,24 +208,10 @@ def _sense(machine, noisy):
     qd = machine.jacobian_of(p, z) @ v
     friction = machine.strut_friction(p, qd, mem, loads)
     inputs = [theta, z, v, mem] + ([loads] if machine.load_count else []) + ([normal] if noisy else [])
-    return ca.Function("sense", inputs, [q, qd, encoder(machine, p, q, normal), friction])
-
-
-def _control(law, state, reference, n):
-    if not law.symbolic:
-
-        def control(theta, s, r, q_m, u):
-            command, after = law.step(unflatten(state, s), unflatten(reference, r), Measurement(q_m, u), theta)
-            return np.asarray(command.u, float), flatten(after)
-
-        return control
-    theta = ca.SX.sym("theta", len(law.theta))
-    s, r = symbols(state), symbols(reference)
-    y = Measurement(ca.SX.sym("q_m", n), ca.SX.sym("u", n))
-    command, after = law.step(s, r, y, theta)
-    # a state the law hands on unchanged and numbers it puts in both pass through flatten
-    after = unflatten(state, ca.SX(flatten(after)))
-    return ca.Function("control", [theta, flatten(s), flatten(r), y.q, y.u], [command.u, flatten(after)])
+    out = [q, qd, encoder(machine, p, q, normal), friction]
+    if not machine.pose_is_state:
+        out += [ca.vertcat(*machine.tool_pose_of(p, z)), machine.task_rate_of(p, z, v)]
+    return ca.Function("sense", inputs, out)
 
 
 def _drive(machine, n):
@@ -251,8 +240,8 @@ def _substep(machine, h):
     )
     slopes = [ca.SX.sym(f"{name}{i}", y.shape) for i in range(4) for name, y in (("zd", z), ("vd", v))]
     z_next, v_next = (y + h / 6 * (a + 2 * b + 2 * c + d) for y, (a, b, c, d) in ((z, slopes[::2]), (v, slopes[1::2])))
-    ends = [machine.normalised(z_next), v_next] + ([(v_next - v) / h] if machine.load_count else [])
-    finish = ca.Function("finish", [z, v, *slopes], ends)
+    ends = [machine.normalised(p, z_next), v_next] + ([(v_next - v) / h] if machine.load_count else [])
+    finish = ca.Function("finish", [theta, z, v, *slopes], ends)
     given = ("memory", "u", "wrench", *held)
     stages = []
     for i, step in enumerate((None, half, half, full)):
@@ -264,7 +253,7 @@ def _substep(machine, h):
         Task(
             "finish",
             finish,
-            ("z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")),
+            ("theta_plant", "z", "v", *(f"{name}d{i}" for i in (1, 2, 3, 4) for name in "zv")),
             ("z", "v") + (("acceleration",) if machine.load_count else ()),
         )
     )

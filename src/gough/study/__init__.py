@@ -20,10 +20,10 @@ from .study import Study
 # every paper of the toolbox: its name -> the package that has its STUDY, or None where it is not built yet
 PAPERS: dict[str, str | None] = {
     "garagic2004": "garagic2004",
-    "honegger1998": None,
-    "chen2008": None,
+    "honegger1998": "honegger1998",
+    "chen2008": "chen2008",
     "bouzgarrou2001": None,
-    "okuda2006": None,
+    "okuda2006": "okuda2006",
 }
 
 

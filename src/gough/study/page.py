@@ -17,6 +17,9 @@ _CSS = Path(__file__).parents[1] / "report" / "page.css"
 _OWN = """
 table { font-size: .92rem; } td { vertical-align: top; }
 td.claim, th.claim { white-space: normal; text-align: left; min-width: 22rem; }
+thead th { overflow-wrap: normal; }
+table.beyond { font-size: .84rem; } .beyond td, .beyond th { padding: .38rem .5rem; }
+.beyond td:nth-child(2), .beyond th:nth-child(2) { text-align: left; }
 td.claim small { display: block; color: var(--soft); font-size: .85em; }
 td.verdict-met { color: #1a7f37; } td.verdict-not { color: var(--red); font-weight: 650; }
 td.verdict-design { color: #9a6700; font-weight: 600; }
@@ -93,9 +96,10 @@ def _row(number: int, claim: Claim) -> str:
 def _beyond(told: Told, folder: Path) -> str:
     heads = "".join(f"<th>{html.escape(head)}</th>" for head in told.beyond.heads)
     rows = "\n".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in told.rows)
-    table = f'<div class="scroll"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>'
-    text = f"<p>{html.escape(told.text)}</p>"
-    return f"<h2>{html.escape(told.beyond.title)}</h2>\n{text}\n{table}\n{_picture(told.figure, folder)}"
+    table = f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>"
+    text = f"<h2>{html.escape(told.beyond.title)}</h2>\n<p>{html.escape(told.text)}</p>"
+    scroll = f'<div class="scroll"><table class="beyond">\n{table}</table></div>'
+    return f"{text}\n{scroll}\n{_picture(told.figure, folder)}"
 
 
 def _picture(figure: Figure, folder: Path) -> str:

@@ -8,6 +8,7 @@ from .circle_diamond_square import CircleDiamondSquare
 from .circular_test import CircularTest
 from .cone_frustum import ConeFrustum
 from .ellipse import Ellipse
+from .fourier import Fourier
 from .line import Line
 from .polyline import Polyline
 from .s_piece import SPiece
@@ -21,6 +22,7 @@ __all__ = [
     "CircularTest",
     "ConeFrustum",
     "Ellipse",
+    "Fourier",
     "Line",
     "Polyline",
     "SPiece",

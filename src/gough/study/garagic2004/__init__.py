@@ -9,6 +9,8 @@ from .experiments import EXPERIMENTS
 from .rows import claims
 
 ABOUT = (
+    "Three laws: CCTPID, computed torque with PID in Cartesian coordinates; CDAC, the paper's robust adaptive law; "
+    "FCDAC, its fuzzy adaptive one.  Two cases, by sample rate and encoder: 4 kHz and 0.1 um, 1 kHz and 1 um.  "
     "The paper prints neither geometry nor masses, friction, gains or the sample time.  The machine is the data sheet "
     "nist-octahedral (gough show nist-octahedral: every number with its source); its friction and the poles of CCTPID "
     "were chosen so that glitches of 10 and 3 um and a corner of 350 um come out: these rows are calibrated, and "

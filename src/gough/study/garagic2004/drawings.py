@@ -15,11 +15,12 @@ from ..study import Figure
 from . import bounds
 from .corner import Passed
 from .experiments import TORQUES, WAITS, Results
-from .setup import CASES, FAST, LAWS, Case, machine
+from .setup import CASES, FAST, LAWS, SLOW, Case, machine
 
 DPI = 150
 UM, ARCMIN = 1e-6, np.pi / 180 / 60
 WINDOW = (-0.01, 0.05)  # s about the corner
+FAINT = "#5a646e"  # what is published
 
 
 def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
@@ -44,8 +45,17 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
             "Figure 4: the corner under the adaptive laws, motors without a limit, no preview.  The published 15 um "
             "are different by design.",
         ),
-        ("corner_torque", _torques(found), "What the corner costs: contour error over the greatest motor torque."),
-        ("lyapunov", _lyapunov(found), "The Lyapunov function where its assumptions hold."),
+        (
+            "corner_torque", _torques(found),
+            "What the corner costs: contour error of CDAC over the greatest torque that a motor gave.  Round: motors "
+            f"of {', '.join(f'{torque:.0f}' for torque in TORQUES)} N m and without a limit.  Square: without a limit, "
+            "the corner on a sample, at three sample rates; 10 kHz with K_D / M = 5000 1/s.",
+        ),
+        (
+            "lyapunov", _lyapunov(found),
+            "The Lyapunov function where its assumptions hold, and its parts: sigma' M sigma / 2, and what the "
+            "estimates lack of the truth.",
+        ),
     ]  # fmt: skip
     out = []
     for name, ax, caption in drawn:
@@ -56,7 +66,10 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
 
 
 def _caption(case: Case, what: str) -> str:
-    return f"Figure 2: {what.lower()} on the circle, {case.name}; CDAC and FCDAC start with parameters 20 % off."
+    return (
+        f"Figure 2: {what.lower()} on the circle; sampling and encoder: {_micro(case)}.  CDAC and FCDAC start with "
+        "parameters 20 % off; the peaks at both ends are start and stop."
+    )
 
 
 def _circle(found: Results, case: Case, what: str) -> Any:
@@ -68,8 +81,11 @@ def _circle(found: Results, case: Case, what: str) -> Any:
         rows = thin(error)
         ax.plot(turn.t[rows], error[rows], linewidth=0.8, color=style.COLOURS[i])
         for value, text in _printed(law, what):
-            _published(ax, value, f"published: {text}")
-        head = f"{law}: {what} error on the circle, {case.name}"
+            _published(ax, value, f"published:\n{text}")
+        if what == "contour" and law != "CCTPID":
+            ax.annotate("published: under 20 µm, off this scale", (0.995, 0.97), xycoords="axes fraction", ha="right",
+                        va="top", fontsize=8, color=FAINT)  # fmt: skip
+        head = f"{law}: {what} error on the circle, {_micro(case)}"
         style.label(ax, head, "time [s]" if law == LAWS[-1] else "", f"[{unit}]")
     panels[0].set_ylim(0, None)
     return panels[0]
@@ -78,9 +94,13 @@ def _circle(found: Results, case: Case, what: str) -> Any:
 def _printed(law: str, what: str) -> list[tuple[float, str]]:
     """What the paper prints of a law's error on the circle."""
     if what == "contour":
-        glitches = [(10, "six glitches of 10 µm"), (3, "six of 3 µm")]
+        glitches = [(10, "six of 10 µm"), (3, "six of 3 µm")]
         return glitches if law == "CCTPID" else []  # 20 um, below which the adaptive laws are, is off the scale
     return [] if law == "CCTPID" else [(0.08, "at most 0.08'")]
+
+
+def _micro(case: Case) -> str:
+    return case.name.replace(" um", " µm")
 
 
 def _corner(passed: dict[str, Passed], published: float, title: str) -> Any:
@@ -88,9 +108,9 @@ def _corner(passed: dict[str, Passed], published: float, title: str) -> Any:
     for law, run in passed.items():
         near = (run.t >= WINDOW[0]) & (run.t <= WINDOW[1])
         ax.plot(1e3 * run.t[near], run.contour[near] / UM, linewidth=1.1, label=law)
-    _published(ax, published, f"published: {published} µm")
+    _published(ax, published, f"published:\n{published} µm")
     ax.set_ylim(0, None)
-    style.label(ax, f"Corner: {title}, {FAST.name}", "time from the corner [ms]", "contour error [µm]")
+    style.label(ax, f"Corner: {title}, {_micro(FAST)}", "time from the corner [ms]", "contour error [µm]")
     style.legend_above(ax)
     return ax
 
@@ -100,22 +120,28 @@ def _torques(found: Results) -> Any:
     ax = style.new_axes((6.4, 4.2))
     fine = np.geomspace(TORQUES[0], 5000, 60)
     for label, acceleration, error, colour in (
-        ("no preview, no law below", bounds.greatest, bounds.unseen, style.COLOURS[1]),
-        ("shortest previewed turn", bounds.straight, bounds.previewed, style.COLOURS[0]),
+        ("least without preview", bounds.greatest, bounds.unseen, style.COLOURS[1]),
+        ("shortest turn with preview", bounds.straight, bounds.previewed, style.COLOURS[0]),
     ):
         values = [error(acceleration(true, torque)) / UM for torque in fine]
         ax.plot(fine, values, linewidth=1.0, color=colour, label=label)
-    runs = {"CDAC, no preview": corners.sharp, "CDAC, previewed": {t: p for t, (p, _) in corners.previewed.items()}}
-    for (label, found_at), colour in zip(runs.items(), (style.COLOURS[1], style.COLOURS[0]), strict=True):
-        ax.plot(
-            list(found_at), [run.error / UM for run in found_at.values()], "o", markersize=5, color=colour, label=label
-        )
-    quick = corners.quick["CDAC"]
-    ax.plot([quick.torque], [quick.error / UM], "s", markersize=6, color=style.COLOURS[2], label="CDAC, 10 kHz")
-    _published(ax, 15, "published: 15 µm")
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    style.label(ax, "The corner at 0.2 m/s", "motor torque [N m]", "contour error [µm]")
+    fast, slow = (corners.waits["CDAC", case.name][0] for case in (FAST, SLOW))  # the corner on a sample
+    runs = {
+        "no preview, 4 kHz": [*corners.sharp.values(), fast],
+        "previewed, 10 kHz": [*(run for run, _ in corners.previewed.values()), corners.free],
+    }
+    for (label, passed), colour in zip(runs.items(), (style.COLOURS[1], style.COLOURS[0]), strict=True):
+        _points(ax, passed, "o", color=colour, label=label)
+    rates = {"1 kHz": slow, "4 kHz": fast, "10 kHz": corners.quick["CDAC"]}
+    _points(ax, list(rates.values()), "s", color=style.COLOURS[2], label="no preview, no limit", fillstyle="none")
+    for name, run in rates.items():
+        ax.annotate(name, (run.torque, run.error / UM), (0, 8), textcoords="offset points", ha="center", fontsize=8,
+                    color=style.INK)  # fmt: skip
+    _published(ax, 15, "published:\n15 µm")
+    for axis, scale in ((ax.xaxis, ax.set_xscale), (ax.yaxis, ax.set_yscale)):
+        scale("log")
+        axis.set_major_formatter("{x:g}")
+    style.label(ax, "The corner at 0.2 m/s", "greatest motor torque [N m]", "contour error [µm]")
     style.legend(ax, loc="upper right")
     return ax
 
@@ -123,7 +149,8 @@ def _torques(found: Results) -> Any:
 def _lyapunov(found: Results) -> Any:
     course = found.of["Lyapunov function"]
     ax = style.new_axes((6.4, 3.6))
-    names = ("of sigma", "of the inertial estimates", "of the Coulomb estimates", "of the viscous estimates")
+    sigma = f"of sigma, at most {course.parts[:, 0].max():.1g} J"
+    names = (sigma, "of the inertial estimates", "of the Coulomb estimates", "of the viscous estimates")
     ax.plot(course.t, course.V, linewidth=1.4, color=style.INK, label="V")
     for name, part in zip(names, course.parts.T, strict=True):
         ax.plot(course.t, part, linewidth=0.9, label=name)
@@ -135,5 +162,9 @@ def _lyapunov(found: Results) -> Any:
 
 def _published(ax: Any, value: float, text: str) -> None:
     ax.axhline(value, color="#8a939c", linewidth=0.9, linestyle=(0, (5, 3)))
-    ax.annotate(text, (0.995, value), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=8,
-                color="#5a646e")  # fmt: skip
+    ax.annotate(text, (1.005, value), xycoords=("axes fraction", "data"), va="center", fontsize=8, color=FAINT)
+
+
+def _points(ax: Any, passed: Sequence[Passed], marker: str, **options: Any) -> None:
+    torques, errors = [run.torque for run in passed], [run.error / UM for run in passed]
+    ax.plot(torques, errors, marker, markersize=6, linestyle="", **options)

@@ -17,6 +17,7 @@ import numpy as np
 from ...measure.reversal import STUDIES, reversals
 from ...simulate.bandwidth import bandwidth_of, with_bandwidth
 from ...simulate.run import simulate
+from ..claims import told as shown
 from ..study import Experiment, Tick, parts
 from . import circle, corner
 from .setup import CASES, LAWS, WRONG, Case, believed, law, machine
@@ -108,8 +109,8 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
         [
             row.law, row.case, "no limit" if row.torque_limit is None else f"{row.torque_limit:g} N m",
             "the truth" if row.told == 1 else f"{row.told:g} x", f"{row.bandwidth:.1f} Hz",
-            *(f"{1e6 * value:.3g} um" for value in (row.circle, row.circle_rms, row.glitch)),
-            f"{np.degrees(row.orientation) * 60:.3f}'", f"{1e6 * row.corner:.3g} um", f"{row.torque:.0f} N m",
+            *(shown(value, "m", "um") for value in (row.circle, row.circle_rms, row.glitch)),
+            f"{np.degrees(row.orientation) * 60:.3f}'", shown(row.corner, "m", "um"), f"{row.torque:.0f} N m",
         ]
         for row in rows
     ]  # fmt: skip
@@ -130,8 +131,8 @@ def conclusion(rows: Sequence[Row]) -> str:
         f"On the circle CCTPID errs by up to {of('CCTPID', 1.0, 'circle', max):.2g} um.  The friction in CDAC's model "
         f"alone, learning nothing, leaves {of(FROZEN, 1.0, 'circle', max):.2g} um where it is true and {low} to {high} "
         f"um where it is told {WRONG:g} of the truth; learning brings these to {of('CDAC', WRONG, 'circle', max):.2g} "
-        f"um at most.  FCDAC, which knows no friction at first, ends at {of('FCDAC', WRONG, 'circle', max):.2g} um, "
-        f"its first move included.  At the corner learning buys nothing: CDAC {free('CDAC'):.3g} um, frozen "
+        f"um at most.  FCDAC, which knows no friction at first, errs by up to {of('FCDAC', WRONG, 'circle', max):.2g} "
+        f"um, at its start and stop.  At the corner learning buys nothing: CDAC {free('CDAC'):.3g} um, frozen "
         f"{free(FROZEN):.3g} um without a torque limit; with one all laws are alike."
     )
 
@@ -156,9 +157,11 @@ def figure(rows: Sequence[Row], ax=None):
         ax.plot([], [], marker, color=style.INK, markerfacecolor="none", label=text)
     ax.set_yscale("log")
     ax.yaxis.set_major_formatter("{x:g}")
-    names = [f"{case}\n{'no limit' if limit is None else f'{limit:g} N m'}" for case, limit in settings]
+    names = [
+        f"{case.replace(' um', ' µm')}\n{'no limit' if limit is None else f'{limit:g} N m'}" for case, limit in settings
+    ]
     ax.set_xticks(range(len(settings)), names)
     title = f"One bandwidth, {BANDWIDTH:g} Hz: largest contour error; open: told {WRONG:g} of the truth"
-    style.label(ax, title, "", "um")
+    style.label(ax, title, "", "contour error [µm]")
     style.legend(ax, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax

@@ -97,14 +97,14 @@ def _step(true: Hexapod, control: RobustAdaptive, state, first: Reference) -> tu
     y, r = ca.SX.sym("y", sum(widths)), symbols(first)
     z, v, theta, c, d = ca.vertsplit(y, np.cumsum([0, *widths]).tolist())
     p = true.at(ca.SX(ca.DM(true.theta)))
-    before = true.normalised(true.stepped(z, -v * STEP))  # from there to z in a period is v
+    before = true.normalised(true, true.stepped(z, -v * STEP))  # from there to z in a period is v
     now = type(state)(forward.Pose(before), theta, c, d, ca.SX(6, 1))
     measured = Measurement(true.joints_of(p, z), ca.SX(true.joints_count, 1))
     command, after = control.step(now, r, measured, ca.SX(ca.DM(control.theta)))
     zd, vd = plant.rate(true, p, z, v, ca.SX(0, 1), command.u, ca.SX(6, 1))
     learned = [(new - old) / STEP for new, old in zip(after[1:4], (theta, c, d), strict=True)]
     pi = {key: value for key, (value, _) in true.inertial(p).items()}
-    sigma = ca.SX(r.xd) + control.slope * forward.pose_error(ca.SX(r.x), z) - v
+    sigma = ca.SX(r.xd) + control.slope * true.target(true, r._replace(x=ca.SX(r.x)), z)[0] - v
     M, _ = true.mass_and_bias(p, pi, z, v)
     rates = (control.inertia_rate, control.coulomb_rate, control.viscous_rate)
     away = [ca.sumsqr(x - TRUTH) / (2 * g) for x, g in zip((theta, c, d), rates, strict=True)]
@@ -116,5 +116,5 @@ def _step(true: Hexapod, control: RobustAdaptive, state, first: Reference) -> tu
     k3, _ = f(y + h / 2 * k2, rows[:, 1])
     k4, _ = f(y + h * k3, rows[:, 2])
     end = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    end = ca.vertcat(true.normalised(end[:7]), end[7:])
+    end = ca.vertcat(true.normalised(true, end[:7]), end[7:])
     return ca.Function("step", [y, rows], [end, V_now]), widths

@@ -30,6 +30,9 @@ COUNT, SEED = 1000, 0
 MASS, FRICTION, PAYLOAD, DRIFT = (0.8, 1.2), (0.5, 1.5), (0.0, 40.0), (-0.01, 0.01)
 LEVELS = ("coulomb", "static", "viscous", "viscous_offset")  # of the sheet's friction; its other offset is 0
 PERCENT = (5, 50, 95, 100)
+SHOWN = [
+    digit * 10.0**power for power in range(-2, 7) for digit in (1, 1.5, 2, 3, 4, 5, 7)
+]  # um, on the picture's axis
 
 
 class Campaign(NamedTuple):
@@ -117,10 +120,11 @@ def figure(campaigns: Sequence[Campaign], ax=None):
         if values.size:
             ax.axvline(np.median(values), color=colour, linewidth=1.0)
     ax.set_xscale("log")
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter("{x:g}")
-    ax.tick_params("x", which="both", labelsize="small", labelcolor=style.INK)
+    ax.set_xticks([], minor=True)
+    shown = [value for value in SHOWN if low / 1.05 <= value <= high * 1.05]
+    ax.set_xticks(shown, [f"{value:g}" for value in shown])
     count = len(campaigns[0].contour)
-    style.label(ax, f"{count} drawn machines, {campaigns[0].case}", "largest contour error of a turn, um", "machines")
+    title = f"{count} drawn machines, {campaigns[0].case.replace(' um', ' µm')}; lines: medians"
+    style.label(ax, title, "largest contour error of a turn [µm]", "machines")
     style.legend(ax)
     return ax
