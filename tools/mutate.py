@@ -7,8 +7,8 @@ module's tests are run there until the first that fails.  No file is changed.
 
     python tools/mutate.py                     all; writes docs/mutation.md
     python tools/mutate.py machine/strut.py    some; prints only
-    --again                                    those that docs/mutation.md says nothing saw, or does not have, and all
-                                               of the modules that are named; the page gets their rows
+    --again                                    those that docs/mutation.md says nothing saw, or does not have (of the
+                                               modules that are named, if some are); the page gets their rows
     --workers N --list --minutes M             after M minutes no more are begun; the page says which were not run
 
 Exit status 1 if a sign error was seen by no test, and is not in EQUIVALENT with the reason why it changes nothing.
@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import difflib
 import importlib
 import importlib.abc
 import importlib.util
@@ -324,8 +325,12 @@ def main() -> int:
     planted = [
         m for module in (MODULES if given.again or not given.modules else given.modules) for m in mutants(module)
     ]
-    rows, history = kept(planted, given.modules) if given.again else ({}, [])
-    planting = [number for number in range(len(planted)) if number not in rows]
+    rows, history = kept(planted) if given.again else ({}, [])
+    planting = [
+        number
+        for number, mutant in enumerate(planted)
+        if number not in rows and not (given.again and given.modules and mutant.module not in given.modules)
+    ]
     chosen = list(dict.fromkeys(planted[number].module for number in planting))
     if given.list:
         for number in planting:
@@ -362,7 +367,7 @@ def main() -> int:
         print("NOT CAUGHT", mutant.key)
     if given.again or not given.modules:
         done = len(planting) - len(planted) + len(rows)
-        where = "all modules" if not given.again else ", ".join(chosen)
+        where = "all modules" if not given.again else "again, of " + ", ".join(chosen)
         write(planted, rows, [*history, f"- {done} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"])
     return 1 if missed else 0
 
@@ -382,8 +387,11 @@ def _cells(mutant: Mutant) -> tuple[str, str]:
 NOTHING, NOT_RUN = "**nothing**", "not run in this campaign"
 
 
-def kept(planted, anew) -> tuple[dict, list[str]]:
-    """Rows of the page that stand, by number, and its runs: of modules not in `anew` whose signs are as they were."""
+def kept(planted) -> tuple[dict, list[str]]:
+    """Rows of the page that stand, by number, and its runs.
+
+    A row stands as long as its sign does: in the same module, with the same signs before and after it, on any line.
+    """
     found, history, module = {}, [], ""
     for line in PAGE.read_text().splitlines():
         if line.startswith("## "):
@@ -391,20 +399,19 @@ def kept(planted, anew) -> tuple[dict, list[str]]:
         elif line.startswith("- "):
             history.append(line)
         elif line.startswith("| ") and not line.startswith("| line"):
-            number, rest = line[2:-2].split(" | ", 1)
-            piece, by = rest.rsplit(" | ", 1)
-            found.setdefault(module, []).append((number, piece, by))
+            piece, by = line[2:-2].split(" | ", 1)[1].rsplit(" | ", 1)
+            found.setdefault(module, []).append((piece, by))
     rows = {}
     for module, old in found.items():
         now = [number for number, mutant in enumerate(planted) if mutant.module == module]
-        if module in anew or [_cells(planted[number]) for number in now] != [row[:2] for row in old]:
-            continue
-        for number, (_, _, by) in zip(now, old, strict=True):
-            if planted[number].key in EQUIVALENT:
-                if by == EQUIVALENT[planted[number].key]:
-                    rows[number] = ("equivalent", "")
-            elif by not in (NOTHING, NOT_RUN):
-                rows[number] = (f"caught by {by}", by.replace("\\|", "|"))
+        pieces = [_cells(planted[number])[1] for number in now], [piece for piece, _ in old]
+        for i, j, length in difflib.SequenceMatcher(None, *pieces, autojunk=False).get_matching_blocks():
+            for number, (_, by) in zip(now[i : i + length], old[j : j + length], strict=True):
+                if planted[number].key in EQUIVALENT:
+                    if by == EQUIVALENT[planted[number].key]:
+                        rows[number] = ("equivalent", "")
+                elif by not in (NOTHING, NOT_RUN):
+                    rows[number] = (f"caught by {by}", by.replace("\\|", "|"))
     return rows, history
 
 
@@ -419,7 +426,9 @@ def write(planted, rows, history) -> None:
         "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
         f"{len(planted)} signs; {len(rows)} planted, {caught} caught, {len(rows) - caught - unseen} change nothing, "
-        f"{unseen} not caught.  The runs, a later one in place of an earlier:",
+        f"{unseen} not caught, {len(planted) - len(rows)} not run.  A later run takes the place of an earlier one; a row "
+        "stands as long as",
+        "its sign does, wherever its line has moved to:",
         "",
         *history,
         "",
