@@ -426,9 +426,8 @@ def write(planted, rows, history) -> None:
         "observers, the plant and the export.  Not planted: the geometry of programs, the measures and the kernel.",
         "",
         f"{len(planted)} signs; {len(rows)} planted, {caught} caught, {len(rows) - caught - unseen} change nothing, "
-        f"{unseen} not caught, {len(planted) - len(rows)} not run.  A later run takes the place of an earlier one; a row "
-        "stands as long as",
-        "its sign does, wherever its line has moved to:",
+        f"{unseen} not caught, {len(planted) - len(rows)} not run.",
+        "The runs; a later one is in place of an earlier one, and a row stands while its sign does, on whatever line:",
         "",
         *history,
         "",
