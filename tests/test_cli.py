@@ -31,6 +31,7 @@ def loaded_by(code: str) -> set[str]:
 # -- lazy --------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_neither_import_nor_help_loads_anything_heavy():
     assert loaded_by("import gough") == set()
     for arguments in (["--help"], ["run", "--help"], ["--version"], ["new", "machine"]):

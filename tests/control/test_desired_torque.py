@@ -206,6 +206,7 @@ def test_a_step_of_learning_lowers_the_error_of_the_estimates_in_the_metric_of_t
         assert power == pytest.approx(lowered, rel=1e-6)
 
 
+@pytest.mark.full
 def test_the_error_of_one_parameter_dies_at_its_learning_factor(ideal):
     """(6) makes the mean rate k on the motion of E: exp(-k t) of a wrong mass is left after t, whatever the mass."""
     circle = gk.Circle(radius=0.015, feed=0.3, turns=8, settle=0.01)

@@ -54,6 +54,7 @@ def gough_json():
     return call
 
 
+@pytest.mark.quick("carriage.m")
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_the_command_agrees_with_the_published_values(found, name):
     (row,) = (row for row in found["parameters"] if row["name"] == name)

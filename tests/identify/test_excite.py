@@ -103,6 +103,7 @@ def test_the_same_arguments_give_the_same_motion(hexaglide, found):
     assert excite(hexaglide, period=10.0, harmonics=3) == found
 
 
+@pytest.mark.full
 def test_a_failed_optimisation_is_an_error_and_no_motion(hexaglide, monkeypatch):
     """RELIABILITY S4: an optimiser that gave up, and one that says nothing is wrong with a NaN."""
     monkeypatch.setattr(module, "_ITERATIONS", 1)

@@ -196,6 +196,7 @@ print(json.dumps(results))
 """
 
 
+@pytest.mark.full
 def test_two_processes_may_race():
     processes = [
         subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, env=os.environ) for _ in range(2)

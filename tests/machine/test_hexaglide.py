@@ -68,6 +68,7 @@ def test_inverse_dynamics_are_those_of_the_energies(machine, oracle, states):
     assert relative(machine.inverse_dynamics(x, V, Vd, wrench), oracle.joint_forces(x, V, Vd, wrench)) < AGREE
 
 
+@pytest.mark.quick("hexaglide-with-legs")
 def test_places_and_jacobian_are_those_of_the_oracle(machine, oracle, states):
     x, V, *_ = states
     q, qd, _ = machine.joint_motion(x, V, np.zeros(6))

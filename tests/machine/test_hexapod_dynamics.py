@@ -30,6 +30,7 @@ def test_inverse_dynamics_are_those_of_the_energies(machine, oracle, states):
     assert relative(machine.inverse_dynamics(x, V, Vd, wrench), oracle.joint_forces(x, V, Vd, wrench)) < AGREE
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_lengths_and_jacobian_are_those_of_the_oracle(machine, oracle, states):
     x, V, *_ = states
     q, qd, _ = machine.joint_motion(x, V, np.zeros(6))
@@ -86,6 +87,7 @@ def test_bias_is_that_of_christoffels_symbols_of_the_mass_matrix(machine, oracle
 # -- what holds of every machine --------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_mass_matrix_is_symmetric_and_positive_definite(machine, states):
     M = machine.mass_matrix(states[0])
     assert np.abs(M - np.swapaxes(M, -1, -2)).max() <= 1e-13 * np.abs(M).max()
@@ -116,6 +118,7 @@ def test_forward_dynamics_undo_inverse_dynamics(machine, states):
     assert relative(machine.forward_dynamics(x, V, u, wrench), Vd) < AGREE
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_inverse_force_is_mass_times_acceleration_plus_bias(machine, states):
     x, V, Vd, _ = states
     M, h = machine.arrays.run("mass", x, V)

@@ -81,6 +81,7 @@ def test_the_parasitic_motion_is_that_of_a_platform_without_torsion(ccu, x):
     assert_allclose(center[:, :2] - [0, 0.1745], aside, rtol=0, atol=1e-13)
 
 
+@pytest.mark.full
 def test_forward_kinematics_finds_every_place_of_the_workspace_from_home(ccu, x):
     assert_allclose(ccu.forward_kinematics(ccu.inverse_kinematics(x)), x, rtol=0, atol=1e-14)
 

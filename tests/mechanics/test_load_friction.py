@@ -57,6 +57,7 @@ def test_without_offsets_friction_is_proportional_to_the_load():
     assert flat(p.force(p, col(1.0), col(0.0), col(1000.0))) == pytest.approx(0.18 * 1000 + 0.5 * 1000)
 
 
+@pytest.mark.quick("900.0-*")
 @pytest.mark.parametrize("v", [-0.5, -0.002, 1e-4, 0.003, 1.0])
 @pytest.mark.parametrize("load", [900.0, 2900.0])
 def test_steady_sliding_with_bristles_is_the_scaled_stribeck_curve(v, load):

@@ -45,6 +45,7 @@ def expected_gain(f, bandwidth):
     return (s + s * s) / 2 * k / (1 - (1 - k) * s)
 
 
+@pytest.mark.quick("okuma-pm600-20.0")
 @pytest.mark.parametrize("f", [pytest.param(3.0, marks=pytest.mark.full), 20.0, 60.0])
 def test_a_swinging_force_comes_through_as_the_stated_low_pass(ideal, f):
     """RELIABILITY C1: gain within 1 %, phase within 2 deg, in all six components at once."""

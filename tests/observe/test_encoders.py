@@ -25,6 +25,7 @@ def explained(m, x, V, Vd, qdd):
     return [numbers(part) for part in encoders.explained(m, m, *(ca.DM(part) for part in (x, V, Vd, qdd)))]
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_what_forces_explain_is_what_forward_dynamics_make_of_them(machine):
     """Eq. (1) from any reference that passes through pose and twist, against forward dynamics and joint motion."""
     rng = np.random.default_rng(3)

@@ -101,6 +101,7 @@ def test_the_closed_loop_is_mujocos_within_what_halving_its_step_changes():
     assert closed_loop.apart(ours, coarse) < 0.1e-6  # m, so 1 ms competes in bench/peers.py
 
 
+@pytest.mark.full
 def test_the_closed_loop_under_mujocos_default_loops_is_millimetres_off_at_every_step():
     m = closed_loop.machine()
     ours = closed_loop.gough(m, substeps=4)

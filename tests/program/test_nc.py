@@ -195,6 +195,7 @@ def test_a_file_beyond_64_mb_is_refused_without_being_read_on(tmp_path):
         load_program(file)
 
 
+@pytest.mark.full
 def test_a_damaged_program_is_read_or_refused_and_nothing_else():
     """Bytes of the example changed, dropped and doubled, seed 0: a path, or a ProgramError with lines."""
     rng, text = np.random.default_rng(0), EXAMPLE.read_text()

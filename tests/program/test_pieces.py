@@ -67,6 +67,7 @@ def test_linuxcnc_makes_as_many_moves_of_it(name, tmp_path):
     assert len(moves) == (back.length > 0).sum()
 
 
+@pytest.mark.quick("*-circle-diamond-square", "*-zigzag", "*-cone-frustum")
 @EACH
 @pytest.mark.parametrize("machine", sorted(library()))
 def test_it_stays_in_the_workspace_of_the_machines_it_names_and_of_no_other(name, machine):

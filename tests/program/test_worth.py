@@ -20,6 +20,7 @@ def corner(angle, length=0.04):
     return [[0, 0, 0], [length, 0, 0], [length + length * np.cos(angle), length * np.sin(angle), 0]]
 
 
+@pytest.mark.quick("trapezoid-*")
 @pytest.mark.parametrize(
     "profile, angle, tolerance",
     list(itertools.product(JERKS, np.radians([5, 25, 60, 90, 140]), [5e-6, 50e-6, 500e-6, 2e-3])),

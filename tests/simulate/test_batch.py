@@ -175,6 +175,7 @@ def test_plants_that_need_other_sub_steps_are_stepped_as_alone(nist):
     assert runs.info["run"]["substeps"] == sorted(set(steps))
 
 
+@pytest.mark.full
 def test_a_run_that_fails_ends_alone(nist):
     """A push of 40 kN moves the tool until a strut is at its end; the neighbours do not notice."""
     law = gk.PID(bandwidth=12.0)
@@ -251,6 +252,7 @@ def test_plants_of_another_structure_are_refused_by_the_key_that_differs(nist):
 # -- the log of a batch -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_a_batch_goes_to_a_file_and_back(batch, tmp_path):
     read = gk.Log.load(batch.save(tmp_path / "batch.nc"))
     assert read.dataset.identical(batch.dataset)

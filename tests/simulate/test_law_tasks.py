@@ -107,6 +107,7 @@ def test_a_part_of_a_law_as_a_task_of_the_same_period_is_that_law(machine):
     np.testing.assert_allclose(in_two["x"], gk.simulate(machine, together, SHORT)["x"], rtol=0, atol=1e-15)
 
 
+@pytest.mark.full
 def test_tasks_in_plain_numpy_are_the_same_run(machine):
     fast = gk.simulate(machine, Counting(), SHORT)
     with pytest.warns(KernelWarning, match="law slow"):

@@ -33,6 +33,7 @@ def test_the_same_seed_gives_the_same_bits(nist):
     assert not np.array_equal(runs[0], runs[2])
 
 
+@pytest.mark.full
 def test_the_encoder_reads_the_joint_plus_its_noise_rounded_to_a_count(nist):
     """Eq. (2) of simulate.drive, with the kernel's noise from its definition in NumPy."""
     sigma, res = 3e-6, 1e-7

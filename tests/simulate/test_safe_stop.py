@@ -312,6 +312,7 @@ def test_a_following_error_may_brake_too_and_its_limit_is_that_of_the_trip(nist)
         gk.simulate(nist, weak, CIRCLE, plant=held, ferror=2e-4, stop_ramp=RAMP, on_fail="raise")
 
 
+@pytest.mark.quick("4")
 @pytest.mark.parametrize("joint", [1, 4, 6])
 def test_the_joint_whose_following_error_began_a_stop_is_named(nist, joint):
     log = gk.simulate(
@@ -321,6 +322,7 @@ def test_the_joint_whose_following_error_began_a_stop_is_named(nist, joint):
     assert log["stopping"].nonzero()[0][0] == 600
 
 
+@pytest.mark.full
 def test_a_stop_that_the_program_ends_before_is_a_failure_still(nist):
     log = gk.simulate(
         nist, LAW, CIRCLE, plant=plant(nist, start=len(gk.simulate(nist, LAW, CIRCLE)) * 1e-3 - 5e-3, kind="dropout"),

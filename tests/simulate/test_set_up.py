@@ -32,6 +32,7 @@ def loads_one_by_one(machine):
     return np.max(found, axis=0)
 
 
+@pytest.mark.quick("gravity", "strut.tube")
 @pytest.mark.parametrize("changes", [
     {}, {"platform.mass": 240.0, "friction.coulomb": 0.27, "friction.static": 0.3}, {"strut.moving.mass": 66.0},
     {"limits.workspace.radius": 0.1}, {"strut.tube": 1.05}, {"feed.acceleration": 4.0}, {"gravity": [0.0, 0.0, -3.7]},

@@ -30,6 +30,7 @@ def test_a_law_told_the_truth_has_the_common_bandwidth(name, case):
     assert bandwidth_of(machine(case.encoder), fair.tuned(name, case), case.period) == pytest.approx(33.0, rel=1e-5)
 
 
+@pytest.mark.full
 def test_the_common_bandwidth_is_near_that_of_the_papers_poles():
     from gough.control.computed_torque import ComputedTorque
 

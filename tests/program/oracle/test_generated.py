@@ -73,6 +73,7 @@ def linuxcnc():
         pytest.skip(missing())
 
 
+@pytest.mark.quick("circle-diamond-square", "s-piece", "04_pockets")
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
 def test_a_shipped_program_moves_as_linuxcnc_moves_it(file, tmp_path):
     found = list(compare([file.read_text()], tmp_path))
