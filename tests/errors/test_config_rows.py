@@ -226,6 +226,7 @@ C3 = {
 }
 
 
+@pytest.mark.quick("20 000 dotted parts", "nested*", "depth*")
 @pytest.mark.parametrize("text, expected", C3.values(), ids=C3)
 def test_c3_a_file_too_large_or_deep_is_refused_within_a_second(complaints, text, expected):
     started = time.process_time()

@@ -173,7 +173,7 @@ def machine_with(name):
     return m.replace(**{"joints.friction": IN_JOINTS}) if base == "full-general" else m
 
 
-@pytest.mark.quick("nist-octahedral")
+@pytest.mark.full
 @pytest.mark.parametrize("name", quick_and_slow([*LAWS, "nist-octahedral", "okuma-pm600", "eth-hexaglide"]))
 def test_energy_lost_is_the_work_of_friction(name):
     m = machine_with(name)

@@ -88,6 +88,7 @@ def test_kinetic_energy_is_half_V_M_V(machine, oracle, states):
     assert_allclose(T, wanted, rtol=1e-12)
 
 
+@pytest.mark.quick("hexaglide-with-legs")
 def test_bias_is_that_of_christoffels_symbols_of_the_mass_matrix(machine, oracle, states):
     x, V, *_ = states
     y = ca.SX.sym("y", 6)

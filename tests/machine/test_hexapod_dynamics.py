@@ -24,7 +24,7 @@ def relative(found, wanted):
 # -- against energies -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.quick("nist-octahedral", "full-general")
+@pytest.mark.quick("full-general")
 def test_inverse_dynamics_are_those_of_the_energies(machine, oracle, states):
     x, V, Vd, wrench = states
     assert relative(machine.inverse_dynamics(x, V, Vd, wrench), oracle.joint_forces(x, V, Vd, wrench)) < AGREE
@@ -50,7 +50,7 @@ def test_kinetic_energy_is_half_V_M_V(machine, oracle, states):
     assert_allclose(T, wanted, rtol=1e-12)
 
 
-@pytest.mark.quick("nist-octahedral", "full-general")
+@pytest.mark.quick("full-general")
 def test_power_of_the_forces_is_the_rate_of_the_energy(machine, oracle, states):
     """u . q' + wrench . V = d/dt (T + U), with T and U of the oracle differentiated along the motion."""
     x, V, Vd, wrench = states
@@ -64,7 +64,7 @@ def test_power_of_the_forces_is_the_rate_of_the_energy(machine, oracle, states):
     assert (np.abs(power - wanted) / scale).max() < 1e-12
 
 
-@pytest.mark.quick("nist-octahedral", "full-general")
+@pytest.mark.quick("full-general")
 def test_bias_is_that_of_christoffels_symbols_of_the_mass_matrix(machine, oracle, states):
     """Velocity terms follow from M alone.  Christoffel's C also makes M' - 2 C antisymmetric."""
     x, V, *_ = states
@@ -290,6 +290,7 @@ def test_symmetry_of_the_machine_exchanges_its_struts(nist, symmetry):
     assert relative(found, u) > 0.1
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_forces_do_not_depend_on_the_choice_of_W(machine, states):
     """Base, gravity, joint axes and motion turned together: the struts notice nothing."""
     x, V, Vd, wrench = (piece[:100] for piece in states)

@@ -56,6 +56,7 @@ def cutting(ideal):
     return as_log(ideal, circle(ideal, 4000, 0.05, 1.0, cut(4000)))
 
 
+@pytest.mark.full
 def test_the_force_over_time_is_the_one_that_acted(ideal, cutting):
     watch = gk.monitor(cutting, ideal)
     t, hat = watch.rows["t"], watch.rows["wrench_hat"]

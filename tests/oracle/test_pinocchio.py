@@ -55,6 +55,7 @@ def test_pinocchios_own_constrained_dynamics_is_goughs_forward_dynamics(machine,
         assert worst(np.concatenate([ydd[:3], R[k] @ ydd[3:]]), Vd[k]) < SAME
 
 
+@pytest.mark.full
 def test_the_closed_loop_is_pinocchios_within_what_halving_its_step_changes(tmp_path):
     """Pinocchio's loops drift apart with the square of its step; what is left of that is all that parts the two."""
     m = closed_loop.machine()

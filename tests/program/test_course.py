@@ -162,6 +162,7 @@ def test_a_spline_without_a_tolerance_is_an_error_with_its_cure():
     )
 
 
+@pytest.mark.quick("0.0")
 @pytest.mark.parametrize("tilt", [0.0, 0.1])
 def test_a_surface_of_short_lines_runs_as_splines_within_the_tolerance(tilt, machine):
     points, abc = surface(3000, tilt=tilt)

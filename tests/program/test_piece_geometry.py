@@ -79,6 +79,7 @@ def test_the_tool_lies_in_the_surface_of_the_cone(name):
         assert off.max() <= program.chord * (1 + 1e-9)
 
 
+@pytest.mark.quick("steep", "cylinder", "cw", "default")
 @pytest.mark.parametrize("name", FRUSTA)
 def test_the_tool_leans_over_between_the_difference_and_the_sum_of_the_two_angles(name):
     program = ConeFrustum(feed=0.02, chord=1e-7, **FRUSTA[name])

@@ -162,7 +162,7 @@ def test_a_long_reason_of_a_failure_leaves_the_picture_its_room(tmp_path, recwar
     assert not [str(one.message) for one in recwarn]
 
 
-@pytest.mark.quick("0")
+@pytest.mark.full
 @pytest.mark.parametrize("rows", [0, 1, 2])
 def test_a_run_that_failed_at_once_is_drawn_and_marked(rows, tmp_path):
     log = make_log(seconds=rows / 1000, failed="strut 3 is too long")

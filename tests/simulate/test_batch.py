@@ -108,6 +108,7 @@ def test_forces_in_the_joints_are_logged_of_batches_too(nist, plants):
     assert_same(runs.run(2), gk.simulate(nist, LAW, SHORT, plant=plants[2], signals=names))
 
 
+@pytest.mark.full
 def test_metrics_of_a_batch_are_those_of_its_rows(batch):
     counted = batch["counted"] == 1
     worst = batch["contour_error"][counted].max(0)
@@ -267,6 +268,7 @@ def test_a_batch_prints_runs_ranges_and_the_worst(batch):
     assert "11 runs" in batch._repr_html_()
 
 
+@pytest.mark.full
 def test_measure_of_a_batch_prints_a_line_a_run_and_the_worst_of_many(nist, batch):
     lines = repr(gk.measure(batch)).splitlines()
     assert lines[0].split("  ")[0] == "run" and "contour max" in lines[0] and "force peak" in lines[0]

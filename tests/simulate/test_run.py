@@ -63,6 +63,7 @@ def test_the_pose_stays_a_pose_in_every_sample(nist):
     np.testing.assert_allclose(nist.inverse_kinematics(log["x"]), log["q"], rtol=0, atol=1e-14)
 
 
+@pytest.mark.full
 def test_noise_has_the_declared_deviation(nist):
     noisy = nist.replace(**{"drive.noise": 1e-6, "drive.encoder": 1e-9})
     log = gk.simulate(noisy, gk.PID(bandwidth=5.0), CIRCLE)

@@ -63,6 +63,7 @@ def test_a_course_settles_when_it_is_above_twice_its_steady_largest_for_the_last
     assert course.settled == pytest.approx(0.05 * np.log(100), abs=2e-3)
 
 
+@pytest.mark.full
 def test_the_linear_estimate_is_of_second_order():
     assert checks.order() == pytest.approx(4, abs=0.05)
 
