@@ -19,6 +19,7 @@ from pydantic import Field, model_validator
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
+from ..frames import rotation_of_abc_np
 from ..mechanics.compliance import Compliance
 from ..mechanics.linear import solve_square
 from . import forward
@@ -104,9 +105,9 @@ class Machine(Part):
             check_names(self)
         return self
 
-    def elastic_count(self, place: str) -> int:
-        """How many joints of a sort of `elastic_places` there are."""
-        return self.joints_count
+    def elastic_numbers(self, place: str) -> tuple[int, ...]:
+        """The numbers by which joints of a sort of `elastic_places` are told."""
+        return tuple(range(1, self.joints_count + 1))
 
     def flexible(self, measured: str = "motor", stiffness: float = 1.0) -> Machine:
         """This machine with the joints of [[compliance]] elastic, all of them `stiffness` times as stiff as it says.
@@ -291,6 +292,13 @@ class Machine(Part):
         mean = self.inverse_force(p, pi, z, (v + v_r) / 2, turned)
         half = self.inverse_force(p, pi, z, (v - v_r) / 2, rest)
         return mean - (half - self.inverse_force(p, pi, z, rest, rest))
+
+    def carrying(self, mass: float, center) -> Machine:
+        """This machine with a point mass (kg) on what carries the tool, at `center` (3,) m of T."""
+        center, tool = np.asarray(center, float), getattr(self, "tool", None)
+        if tool is not None:  # the platform's numbers are in P
+            center = tool.position + rotation_of_abc_np(tool.angles) @ center
+        return self.replace(platform=self.platform.joined(mass, center))
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 

@@ -48,7 +48,7 @@ def elastic_joints(machine: Machine) -> list[ElasticJoint]:
             continue
         for number in numbers:
             if (place, number) in found:
-                told = f"{place} {number + 1}"
+                told = f"{place} {machine.elastic_numbers(place)[number]}"
                 wrong.append(Problem("this joint is there already", key=f"{key}.joint", value=told))
             else:
                 found[place, number] = ElasticJoint(place, number, entry, key)
@@ -60,14 +60,15 @@ def elastic_joints(machine: Machine) -> list[ElasticJoint]:
 def _named(machine: Machine, name: str) -> tuple[str, range]:
     """The sort of joint that a name tells, and its numbers from 0."""
     for place in machine.elastic_places:
-        count = machine.elastic_count(place)
-        if name == f"{place}s" or (count == 1 and name == place):
-            return place, range(count)
+        numbers = machine.elastic_numbers(place)
+        if name == f"{place}s" or (len(numbers) == 1 and name == place):
+            return place, range(len(numbers))
         if name.startswith(f"{place} ") and name.removeprefix(f"{place} ").isdecimal():
             number = int(name.removeprefix(f"{place} "))
-            if 1 <= number <= count:
-                return place, range(number - 1, number)
-            raise InputError(f"the machine has {count} of them", value=repr(name)[:60])
+            if number in numbers:
+                return place, range(numbers.index(number), numbers.index(number) + 1)
+            told = ", ".join(map(str, numbers))
+            raise InputError("no joint of this machine has this number", value=repr(name)[:60], cure=f"there is {told}")
     for place, why in machine.rigid_places.items():
         if name == f"{place}s" or name.rstrip("0123456789 ") == place:
             raise InputError(f"{machine.kind}: the {place} must be rigid: {why}", value=repr(name)[:60])

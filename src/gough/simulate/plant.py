@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from ..declare import Array, Part, quantity
@@ -17,7 +16,7 @@ class Plant(Part):
     """A machine with its true numbers, a payload and a steady force on the tool."""
 
     machine: Machine
-    payload: float | None = quantity("kg", "point mass carried by the platform", default=None, above=0)
+    payload: float | None = quantity("kg", "point mass that the tool carries", default=None, above=0)
     payload_center: Array = quantity("m", "where the payload sits, in T", default=[0.0, 0.0, 0.0], shape=(3,))
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
@@ -58,20 +57,9 @@ class Plant(Part):
 
     @property
     def true_machine(self) -> Machine:
-        """The machine with the payload in its platform, and its elastic joints where it is flexible."""
-        return self._elastic_of(self._loaded) if self.flexible else self._loaded
-
-    @property
-    def _loaded(self) -> Machine:
-        if self.payload is None:
-            return self.machine
-        center = np.asarray(self.payload_center)
-        tool = getattr(self.machine, "tool", None)
-        if tool is not None:  # the platform's numbers are in P
-            from ..frames import rotation_of_abc_np
-
-            center = tool.position + rotation_of_abc_np(tool.angles) @ center
-        return self.machine.replace(platform=self.machine.platform.joined(self.payload, center))
+        """The machine with its payload, and with its elastic joints where it is flexible."""
+        loaded = self.machine if self.payload is None else self.machine.carrying(self.payload, self.payload_center)
+        return self._elastic_of(loaded) if self.flexible else loaded
 
     def to_file(self) -> dict[str, Any]:
         """The table that `from_file` reads back."""
