@@ -19,16 +19,15 @@ Friction of a drive acts on its motor.  docs/theory/compliance.md.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from ..declare import View
 from ..errors import ExperimentError
 from ..mechanics.compliance import Springs, in_series
 from .base import Machine
-from .flexible import FlexibleMachine, check_given, elastic_joints
+from .flexible import FlexibleMachine, check_given, check_options, elastic_joints
 
 
 def elastic_drives(machine: Machine, measured: str, stiffness: float) -> ElasticDrives:
@@ -37,14 +36,6 @@ def elastic_drives(machine: Machine, measured: str, stiffness: float) -> Elastic
     check_options(measured, stiffness)
     _check_masses(machine)
     return ElasticDrives(stiff=machine, springs=springs_of(machine, stiffness), measured=measured)
-
-
-def check_options(measured: Any, stiffness: Any) -> None:
-    """Refuse options of `Machine.flexible` that are none."""
-    if measured not in ("motor", "joint"):
-        raise ExperimentError('must be "motor" or "joint"', key="measured", value=repr(measured)[:60])
-    if not isinstance(stiffness, int | float) or not 0 < stiffness < np.inf:
-        raise ExperimentError("must be a number above 0", key="stiffness", value=repr(stiffness)[:60])
 
 
 def _check_masses(machine: Machine) -> None:
@@ -118,34 +109,7 @@ def _check_all_elastic(machine, along, full) -> None:
 class ElasticDrives(FlexibleMachine):
     """A machine `stiff` with springs at its drives; its numbers are those of that machine and of the springs."""
 
-    stiff: Machine
     springs: Springs
-    measured: Literal["motor", "joint"] = "motor"
-
-    @property
-    def rigid(self) -> Machine:
-        return self.stiff
-
-    def __getattr__(self, name: str) -> Any:
-        """What is not of the springs is the rigid machine's: its name, drive, friction, limits, joints."""
-        if name.startswith("_") or name in ("leg_ratio", "reaction_fields", "reactions_of"):
-            raise AttributeError(name)
-        return getattr(self.stiff, name)
-
-    def at(self, theta: Any) -> View:
-        view = super().at(theta)
-        inner = view.stiff
-        view._values |= {name: getattr(inner, name) for name in type(self.stiff).model_fields if name != "compliance"}
-        return view
-
-    def to_file(self) -> dict[str, Any]:
-        return self.stiff.to_file()
-
-    def frictionless(self) -> Machine:
-        return self.replace(stiff=self.stiff.frictionless())
-
-    def with_perfect_drives(self) -> Machine:
-        return self.replace(stiff=self.stiff.with_perfect_drives())
 
     # -- coordinates ----------------------------------------------------------------------------------------------
 

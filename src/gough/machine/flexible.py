@@ -7,10 +7,11 @@ vibration.py.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from ..declare import View
 from ..errors import ExperimentError, InputError, Problem, did_you_mean
 from ..mechanics.compliance import Compliance
 from . import equilibrium, vibration
@@ -82,6 +83,14 @@ def check_names(machine: Machine) -> None:
     elastic_joints(machine)
 
 
+def check_options(measured: Any, stiffness: Any) -> None:
+    """Refuse options of `Machine.flexible` that are none."""
+    if measured not in ("motor", "joint"):
+        raise ExperimentError('must be "motor" or "joint"', key="measured", value=repr(measured)[:60])
+    if isinstance(stiffness, bool) or not isinstance(stiffness, int | float) or not 0 < stiffness < np.inf:
+        raise ExperimentError("must be a number above 0", key="stiffness", value=repr(stiffness)[:60])
+
+
 def check_given(machine: Machine) -> None:
     """Refuse to make a machine flexible that says of no joint how.
 
@@ -99,12 +108,44 @@ def check_given(machine: Machine) -> None:
 
 
 class FlexibleMachine(Machine):
-    """Base of machines with elastic joints.  `rigid` is the machine as laws believe it; arrays are of that one.
+    """Base of machines with elastic joints: the machine `stiff` that laws believe, and springs.
 
-    A form states what machine/base.py asks for, with more velocities than joints, and `tool_twist_of`.
+    Its numbers are those of both.  A form states what machine/base.py asks for, with more velocities than joints.
     """
 
     pose_is_state: ClassVar[bool] = False
+
+    stiff: Machine
+    measured: Literal["motor", "joint"] = "motor"
+
+    @property
+    def rigid(self) -> Machine:
+        """The machine without elastic joints: what laws believe."""
+        return self.stiff
+
+    def __getattr__(self, name: str) -> Any:
+        """What is not of the springs is the rigid machine's: its name, drive, friction, limits, joints."""
+        if name.startswith("_") or name in ("leg_ratio", "reaction_fields", "reactions_of"):
+            raise AttributeError(name)
+        return getattr(self.stiff, name)
+
+    def at(self, theta: Any) -> View:
+        view = super().at(theta)
+        inner = view.stiff
+        view._values |= {name: getattr(inner, name) for name in type(self.stiff).model_fields if name != "compliance"}
+        return view
+
+    def to_file(self) -> dict[str, Any]:
+        """The sheet of the rigid machine, [[compliance]] included."""
+        return self.stiff.to_file()
+
+    def frictionless(self) -> Machine:
+        return self.replace(stiff=self.stiff.frictionless())
+
+    def with_perfect_drives(self) -> Machine:
+        return self.replace(stiff=self.stiff.with_perfect_drives())
+
+    stepping: ClassVar[str] = "explicit"  # or "implicit": what simulate/substep.py takes
 
     # -- what every one can tell ----------------------------------------------------------------------------------
 
