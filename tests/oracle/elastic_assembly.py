@@ -139,7 +139,9 @@ def hexapod(machine, x, R, base, strut, platform, masses=True):
         fixed, moving = machine.strut.fixed, machine.strut.moving
         if masses:
             out.body(f"fixed {i}", A[i], fixed.mass, [0, 0, fixed.center], fixed.transverse * np.diag([1, 1, 0.0]), S)
-            out.body(f"moving {i}", B[i], moving.mass, [0, 0, -moving.center], moving.transverse * np.diag([1, 1, 0.0]), S)
+            out.body(
+                f"moving {i}", B[i], moving.mass, [0, 0, -moving.center], moving.transverse * np.diag([1, 1, 0.0]), S
+            )
         else:
             out.body(f"fixed {i}", A[i])
             out.body(f"moving {i}", B[i])
