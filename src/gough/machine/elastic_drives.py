@@ -19,8 +19,6 @@ Friction of a drive acts on its motor.  docs/theory/compliance.md.
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 

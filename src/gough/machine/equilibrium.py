@@ -10,8 +10,8 @@ halved.  With the tool's place in the place of the readings,
 
     F(z) = 0,     x(z) = x_d;     the targets of the joints are q_m(z)                                              (10)
 
-is the static compensation of gravity.  The answer is stable where the stiffness with the joints held is positive definite; a strut that buckles, or an
-arm that its load turns over, is refused.  docs/theory/compliance.md, section 3.
+is the static compensation of gravity.  The answer is stable where the stiffness with the joints held is positive
+definite; an arm that its load turns over is refused.  docs/theory/compliance.md, section 3.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def _functions(shape: Shape) -> dict[str, ca.Function]:
         x = ca.SX.sym("x", len(m.task))
         asked = m.stiff.coordinates_of(p.stiff, x)
         away, L = _away(m, p, z, x, asked), ca.jacobian(m.task_rate_of(p, z, v), v)
-        out = {
+        return {
             "target": ca.Function("target", [theta, z, u, x, w], [F, ca.jacobian(F, z) @ S, away, J, L, scale]),
             "readings": ca.Function("readings", [theta, z], [m.measured_of(p, z)]),
             "system": ca.Function("rest", [theta, z, u, q, w], [F, ca.jacobian(F, z) @ S, gap, J, J_m, scale]),
@@ -175,7 +175,6 @@ def _functions(shape: Shape) -> dict[str, ca.Function]:
             "margins": ca.Function("margins", [theta, z], [m.margins(p, z)[1]]),
             "pose": ca.Function("pose", [theta, z], [ca.vertcat(*m.tool_pose_of(p, z))]),
         }
-    return out
 
 
 def _away(m, p, z, x, asked):

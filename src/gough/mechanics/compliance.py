@@ -203,8 +203,9 @@ class Series(NamedTuple):
 def in_series(springs, p, ratio, wrenches) -> Series:
     """Eqs. (2), (3) for n drives.
 
-    `springs` is the Springs, `p` its view; `ratio` (n,) the force along each leg by its drive's; `wrenches(place)` gives
-    the force at the joint (3, n) per newton and what the drive itself takes of it behind the joint (3, n) or None.
+    `springs` is the Springs, `p` its view; `ratio` (n,) the force along each leg by its drive's; `wrenches(place)`
+    gives the force at the joint (3, n) per newton and what the drive itself takes of it behind the joint (3, n), or
+    None.
     """
     c, e = p.constant, p.constant_loss
     if springs.leg is not None:
