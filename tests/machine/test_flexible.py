@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -126,6 +129,13 @@ def test_a_machine_too_soft_to_stand_is_refused_by_name(nist):
         )
 
 
+def test_a_flexible_machine_is_copied_and_sent_to_workers_whole(flexible):
+    for other in (copy.deepcopy(flexible), pickle.loads(pickle.dumps(flexible))):
+        assert other == flexible and hash(other) == hash(flexible)
+    assert flexible != flexible.rigid.flexible(stiffness=2.0)
+    assert flexible.structure() == flexible.rigid.flexible(stiffness=2.0).structure()  # one program serves both
+
+
 # -- rest -------------------------------------------------------------------------------------------------------------
 
 
@@ -210,6 +220,15 @@ def test_a_tool_pushed_in_a_held_machine_answers_with_its_static_compliance():
     found = f.frequency_response(m.home, [0.5], source="tool")[0]
     # the motors of 3e11 kg follow by 1e-12 of it; at 0.5 Hz of 37 the answer is (0.5 / 37)^2 = 2e-4 larger
     assert_allclose(found.real, f.tool_compliance(m.home), rtol=1e-3, atol=1e-3 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("name", ["nist-octahedral", "ifma-hsm"])
+def test_what_a_motor_does_to_the_tool_a_push_on_the_tool_does_to_the_encoder(name):
+    """Reciprocity, M, D and K being symmetric: from motor i to the tool along j as from there to encoder i."""
+    f = gk.load_machine(name).frictionless().flexible()
+    at = [5.0, 50.0, 500.0]
+    there, back = (f.frequency_response(f.home, at, *way) for way in (("motor", "tool"), ("tool", "encoder")))
+    assert_allclose(there, np.swapaxes(back, -1, -2), rtol=0, atol=1e-9 * np.abs(there).max())
 
 
 def test_held_modes_do_not_move_a_motor_and_free_ones_do(flexible):
