@@ -19,8 +19,12 @@ FRICTION = LuGre(coulomb=60.0, viscous=100.0, stiffness=1e8, damping=2 * 0.7 * n
 METRE = {"strength": 260.0, "boundary": 1.0, "tangential": "distance"}  # those of the circle, in metres
 # in its boundary layer s' = -K / delta s: poles at 260, 20 and 20 1/s, and so has this
 SAME, STIFF = "computed torque, 20 20 260 1/s", "computed torque, 16 Hz"
-OTHERS = {SAME: ComputedTorque(poles=[20.0, 20.0, 260.0]), STIFF: ComputedTorque(bandwidth=16.0)}
-OURS = "equivalent errors"
+OURS, OLDER = "equivalent errors", "equivalent errors, speeds of two samples"
+OTHERS = {
+    OLDER: law(CIRCLE, speed="two_samples"),
+    SAME: ComputedTorque(poles=[20.0, 20.0, 260.0]),
+    STIFF: ComputedTorque(bandwidth=16.0),
+}
 ENCODERS = {"exact": None, "0.1 um": 1e-7, "1 um": 1e-6}
 
 
@@ -116,8 +120,10 @@ def _survival_text(rows: Sequence[Row]) -> str:
         f"Of the {of[OURS, bare]:.2g} um an encoder of 0.1 um leaves {of[OURS, 'encoder 0.1 um']:.2g}, one of 1 um "
         f"{of[OURS, 'encoder 1 um']:.2g} um; with 60 N of friction in every slider it is {of[OURS, rubbed]:.2g} um, "
         f"whatever the encoder.  Computed torque in the coordinates of the sliders, with the law's own poles and at 16 "
-        f"Hz, stands at {told(bare)} um without friction (its speeds are half a sample old) and at {told(rubbed)} um "
-        f"with it: friction is held by stiffness, not by the choice of the error.  At 25 % uncertainty it has "
+        f"Hz, stands at {told(bare)} um without friction and at {told(rubbed)} um with it.  Its speeds are half a "
+        f"sample old.  Equivalent errors with such speeds have {of[OLDER, bare]:.2g} um: across the path what these "
+        f"are off by stays the same all round, and the integral takes it; in the sliders it turns with the circle.  "
+        f"Friction is held by stiffness, not by the choice of the error.  At 25 % uncertainty computed torque has "
         f"{told('25 % uncertain')} um against {of[OURS, '25 % uncertain']:.2g}, at 50 % {told('50 % uncertain')} um "
         f"against {of[OURS, '50 % uncertain']:.2g}."
     )
@@ -134,7 +140,7 @@ def _forms_text(rows: Sequence[Row]) -> str:
         f"K = 26 over the gradient of the equation is what holds the tool: {'; '.join(told)}.  In metres K is what it "
         f"says on every path: {metre[0]:.2g} um on the circle and {metre[1]:.2g} um on the ellipse with one tuning.  "
         "On the ellipse the forms without a root are better where they hold: in an even parameter their disturbance "
-        "2 w^2 is constant, and the integral takes it; in metres it is v^2 times the curvature, which changes."
+        "is nearly constant, and the integral takes it; in metres it is v^2 times the curvature and more, which changes."
     )
 
 
