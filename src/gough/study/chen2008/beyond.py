@@ -140,7 +140,7 @@ def _forms_text(rows: Sequence[Row]) -> str:
         f"K = 26 over the gradient of the equation is what holds the tool: {'; '.join(told)}.  In metres K is what it "
         f"says on every path: {metre[0]:.2g} um on the circle and {metre[1]:.2g} um on the ellipse with one tuning.  "
         "On the ellipse the forms without a root are better where they hold: in an even parameter their disturbance "
-        "is nearly constant, and the integral takes it; in metres it is v^2 times the curvature and more, which changes."
+        "is nearly constant, and the integral takes it; in metres it is v^2 times the curvature, which changes."
     )
 
 
