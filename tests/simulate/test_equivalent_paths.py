@@ -32,7 +32,7 @@ def bare(name):
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize("name", ["ccu-3prs", "nist-octahedral", "eth-hexaglide"])
 def test_one_tuning_keeps_every_smooth_path_on_every_machine_to_a_micrometre(name, path):
-    """docs/studies/chen2008.md: 0.03 to 0.52 um rms.  On a spline curvature and torsion change: the frame leaves it out."""
+    """docs/studies/chen2008.md: 0.03 to 0.52 um rms.  On a spline curvature changes, which the frame leaves out."""
     machine = bare(name)
     log = gk.simulate(machine, gk.EquivalentError(), PATHS[path], signals=["contour_error"])
     assert log.status == "done"
