@@ -16,7 +16,7 @@ from gough.control.path_equations import frame_at
 from gough.kernel.pack import flatten
 from gough.study import find
 from gough.study.chen2008 import bound, checks, offsets
-from gough.study.chen2008.beyond import effective
+from gough.study.chen2008.beyond import BEYOND, FORMS, OLDER, OURS, QUICK, SAME, STIFF, effective
 from gough.study.chen2008.harmonic import Harmonic
 from gough.study.chen2008.printed import PrintedSign, to_the_letter
 from gough.study.chen2008.setup import (
@@ -185,3 +185,30 @@ def test_the_averages_of_an_offset_start_are_those_of_single_runs_and_the_claims
         else:  # 2 %: the page is of another processor
             value, *unit = found.split()
             assert float(value) == pytest.approx(float(shown.split()[0]), rel=0.02) and unit == shown.split()[1:]
+
+
+@pytest.mark.slow
+def test_the_tables_of_the_page_beyond_the_paper_are_those_of_the_command():
+    """Steady errors: encoder, friction and wrong masses, and the forms of the equation."""
+    survives, forms = ([row for experiment in beyond.experiments for row in experiment.work(None)] for beyond in BEYOND)
+    steady = {(row.law, row.plant): row.steady for row in survives}
+    laws = {
+        "equivalent errors": OURS,
+        "the same, speeds of two samples": OLDER,
+        "equivalent errors, poles of 16 Hz": QUICK,
+        "computed torque, poles at 20, 20 and 260 1/s": SAME,
+        "computed torque, 16 Hz": STIFF,
+    }
+    plants = ("encoder exact", "encoder 0.1 um", "encoder 1 um", "encoder exact, friction", "25 % uncertain",
+              "50 % uncertain")  # fmt: skip
+    for name, law_ in laws.items():
+        cells = [float(cell.split()[0]) for cell in row_of(name)]
+        assert cells == pytest.approx([1e6 * steady[law_, plant] for plant in plants], rel=0.06), name  # two digits
+    for name in FORMS:
+        found = [1e6 * row.steady for row in forms if row.law == name]
+        assert [float(cell.split()[0]) for cell in row_of(name)[-2:]] == pytest.approx(found, rel=0.06), name
+
+
+def row_of(name):
+    """The cells behind the first of a row of the page."""
+    return [cell.strip() for cell in re.search(rf"^\| {re.escape(name)} \|(.*)\|$", PAGE, re.M)[1].split("|")]
