@@ -40,28 +40,29 @@ def measure_loops() -> dict:
 
 
 def measure_laws() -> dict:
-    """The same per law, with the friction of the sheet."""
+    """The same per law, with the friction of the sheet, and the 3-PRS of Chen and Tsai 2008."""
     sheet = gk.load_machine("nist-octahedral")
-    return {"width": native_width(), "cases": {name: measured(sheet, law) for name, law in loops.LAWS.items()}}
+    cases = {name: measured(sheet, law) for name, law in loops.LAWS.items()}
+    return {"width": native_width(), "cases": {**cases, loops.CHEN: measured(*loops.published())}}
 
 
-def measured(machine, law=loops.LAW) -> dict[str, float]:
+def measured(machine, law=loops.LAW, program=loops.PROGRAM) -> dict[str, float]:
     """One closed loop: simulated seconds a CPU second, and the ratios."""
-    loop = loops.Loop(machine, law)
+    loop = loops.Loop(machine, law, program)
     begun = time.perf_counter()
     one = loop.compiled(1, cache=False)
     compiled = time.perf_counter() - begun
     lanes, slow = loop.compiled("auto", cache=False), loop.compiled(1, native=False)
     plants = loops.plants_of(machine)
-    loops.single(machine, law), loops.batch(machine, plants[:1], law)  # fills the caches
+    loops.single(machine, law, program), loops.batch(machine, plants[:1], law, program)  # fills the caches
     rounds = []
     for _ in range(ROUNDS):
         found = {
             "interpreter": loop.rate(slow, 1, 100),
             "one lane": loop.rate(one, 1),
             "lanes": loop.rate(lanes, lanes.lanes),
-            "simulate": loops.single(machine, law),
-            "batch": loops.batch(machine, plants, law),
+            "simulate": loops.single(machine, law, program),
+            "batch": loops.batch(machine, plants, law, program),
         }
         found["one lane / interpreter"] = found["one lane"] / found["interpreter"]
         found["lanes / one lane"] = found["lanes"] / found["one lane"]

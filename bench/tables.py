@@ -36,8 +36,11 @@ def _loops(found: dict) -> list[str]:
 
 
 def _laws(found: dict) -> list[str]:
-    about = ["The same with the friction of the sheet under three laws: computed torque, CDAC (`robust_adaptive`) and "
-             "FCDAC (`fuzzy_friction`).", "Aims for FCDAC: one run 20, a batch 5 times one run."]  # fmt: skip
+    about = [
+        "The same with the friction of the sheet under three laws: computed torque, CDAC (`robust_adaptive`) and FCDAC",
+        "(`fuzzy_friction`).  Last: `ccu-3prs` on the circle of Chen and Tsai 2008 under `equivalent_error` at their",
+        "gains, no friction.  Aims: FCDAC one run 20, a batch 5 times one run; the 3-PRS one run 20.",
+    ]
     return ["## Laws", "", *about, "", *_rates("law", found)]
 
 
