@@ -189,7 +189,7 @@ def wrench(log: Log) -> dict[str, Any]:
     data = []
     for i, name in enumerate(("fx", "fy", "fz")):
         y = scale.times * force[:, i]
-        rows = thin(np.nan_to_num(y), LIMIT // 2)
+        rows = thin(y, LIMIT // 2)
         data.append(
             _line(log.t[rows], y[rows], name, COLOURS[i], 1.0)
             | {"hovertemplate": f"{name}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
