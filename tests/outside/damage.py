@@ -16,7 +16,25 @@ import numpy as np
 from .conftest import MAP, NAMES, csv_text
 
 PERIOD = 1e-3
-CELLS = ("", "nan", "NaN", "inf", "-inf", "1e400", "overrun", "12 mm", "0x1F", "1_0", "1.2.3", "--", "#", '"', "\xb5")
+CELLS = (
+    "",
+    "",
+    "nan",
+    "nan",
+    "NaN",
+    "inf",
+    "-inf",
+    "1e400",
+    "overrun",
+    "12 mm",
+    "0x1F",
+    "1_0",
+    "1.2.3",
+    "--",
+    "#",
+    '"',
+    "\xb5",
+)
 GAPS = '[gaps]\nlongest = "5 ms"\nmost = "40 %"\n'
 
 
