@@ -441,6 +441,7 @@ def test_the_new_files_name_every_key_there_is():
     from gough.machine.limits import Workspace
     from gough.mechanics.friction import LuGre, Stribeck
     from gough.mechanics.load_friction import LoadLuGre, LoadStribeck
+    from gough.observe.disturbance import DisturbanceObserver
     from gough.simulate.plant import Plant
     from gough.simulate.run import Run
 
@@ -455,7 +456,12 @@ def test_the_new_files_name_every_key_there_is():
     laws = (LuGre, Stribeck, LoadLuGre, LoadStribeck)
     wanted = {n for kind in (Hexapod, Strut, Tool, Workspace, *laws) for n in names(kind)}
     assert {name for name in wanted if name not in cli_new.MACHINE} == set()
-    wanted = set(names(Run)) | (set(Plant.model_fields) - {"machine"}) | (set(Controller.model_fields) - {"machine"})
+    wanted = (
+        set(names(Run))
+        | set(DisturbanceObserver.model_fields) - {"machine"}
+        | (set(Plant.model_fields) - {"machine"})
+        | (set(Controller.model_fields) - {"machine"})
+    )
     assert {name for name in wanted if name not in cli_new.EXPERIMENT} == set()
 
 

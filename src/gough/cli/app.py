@@ -217,6 +217,10 @@ def identify(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
     ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", help="A figure (.png, .svg, .pdf): errors over time and speed, held out and learned."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -227,7 +231,7 @@ def identify(
     def work(outcome: Outcome) -> None:
         from .identify import identify_log
 
-        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, force, quiet, outcome)
+        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, plot, force, quiet, outcome)
 
     return finish("identify", work, json, debug)
 

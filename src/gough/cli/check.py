@@ -90,6 +90,7 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
     return {
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],
+        **({} if experiment.observer is None else {"observer": experiment.observer.kind}),
         "duration": round(float(motion.duration), 3),
     }
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..errors import ExperimentError
 from ..files import write_atomic
 from ..identify.compare import compare, text
+from ..identify.figure import check_name, save
 from ..identify.fit import identify
 from ..identify.rows import rows_of_log
 from ..identify.signals import CUTOFF
@@ -30,13 +31,20 @@ def identify_log(
     cutoff: str | None,
     compared: bool,
     out: Path | None,
+    plot: Path | None,
     force: bool,
     quiet: bool,
     outcome: Outcome,
 ) -> None:
-    """Print the table of a fit; with `out` also write it, or its object where the name ends in .json."""
-    if out is not None and out.exists() and not force:  # before the work, not behind it
-        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
+    """Print the table of a fit; with `out` also write it, or its object where the name ends in .json.
+
+    `plot` is the file of its figure.
+    """
+    for path in (out, plot):
+        if path is not None and path.exists() and not force:  # before the work, not behind it
+            raise ExperimentError("there is a file already", file=str(path), cure="choose another name, or add --force")
+    if plot is not None:
+        check_name(plot)
     believed = load_machine(machine)
     mapping = None if map_file is None else load_map(map_file)
     told = mapping or getattr(believed, "record", None)  # what the record's own map takes where nothing is said
@@ -65,6 +73,11 @@ def identify_log(
         written = json.dumps(plain(outcome.data), indent=1, allow_nan=False) if as_json else told
         write_atomic(out, written + "\n")
         outcome.data["file"] = str(out)
+    if plot is not None:
+        save(fit, plot)
+        outcome.data["figure"] = str(plot)
+        if not outcome.as_json:
+            outcome.say(f"figure: {plot}")
 
 
 def _words(text: str) -> tuple[str, ...]:

@@ -170,6 +170,14 @@ bandwidth = "10 Hz"              # or poles; or error_gains = ["400 1/s", "5e4 1
 # slope   = "100 1/s"            # decay of the error on the sliding surface
 # damping = "200 1/s"            # how fast the surface is reached
 
+[observer]                       # beside each controller: the force on the tool out of the drives' forces, for the log
+kind        = "disturbance"      # leave the table out for none
+bandwidth   = "20 Hz"            # of the low pass that the force comes through
+# form      = "momentum"         # or "static", which reads inertia as force
+# rest      = "1 mm/s"           # joint speed below which the direction of friction fades
+# base_torque = "8 N m"          # friction torque in each base joint of a hexapod: one value, or a list of six
+# greatest  = "50 kN"            # a change of force from sample to sample beyond it is none; else what the drives can
+
 [run]
 period    = "1 ms"               # of the controllers
 seed      = 0                    # of the encoder's noise

@@ -14,6 +14,7 @@ from ..complaints import beside
 from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from ..machine import sheet
 from .laws import law_class, laws
+from .observers import EXAMPLE
 
 if TYPE_CHECKING:
     from ..machine.base import Machine
@@ -33,6 +34,7 @@ EXAMPLES = {
     "program": 'write [program] and file = "part.ngc"',
     "tools": 'write [tools] and 1 = { length = "80 mm" }, or file = "tool.tbl"',
     "controller": 'write [[controller]] and kind = "pid"',
+    "observer": EXAMPLE,
     "run": 'write [run] and e.g. period = "1 ms"',
 }
 

@@ -40,13 +40,18 @@ class Estimate:
     full: np.ndarray  # (p,) the sheet's values with the estimates in the places of the kept columns
     sigma: np.ndarray  # (n,) deviation of a joint's residuals, N
     residual_rms: float  # N
-    held_out_rms: float  # N
+    held_out: np.ndarray  # (N, n) error of each row, predicted from the other parts; NaN where it takes no part
     memory: float  # rows that tell as much as one that is independent
 
     @property
     def std(self) -> np.ndarray:
         """Standard deviations of `values`.  (r,)."""
         return np.sqrt(np.diag(self.cov))
+
+    @property
+    def held_out_rms(self) -> float:
+        """Root mean square of `held_out`, N."""
+        return float(np.sqrt(np.nanmean(self.held_out**2)))
 
     def residuals(self) -> np.ndarray:
         """u - Y pi, NaN where a row takes no part.  (N, n) N."""
@@ -165,12 +170,17 @@ def _sigma(residual, used, rank, force) -> np.ndarray:
     return np.maximum(np.sqrt(square / left), _EXACT * force)
 
 
-def _held_out(rows, target, used, base, sigma) -> float:
-    """Root mean square of errors on parts of the motion that their prediction has not seen.  N."""
-    N, errors = len(rows.u), []
+def parts_of(count: int) -> np.ndarray:
+    """Where the FOLDS parts of so many rows begin, and where the last one ends.  (FOLDS + 1,)."""
+    return np.linspace(0, count, FOLDS + 1).astype(int)
+
+
+def _held_out(rows, target, used, base, sigma) -> np.ndarray:
+    """Errors on parts of the motion that their prediction has not seen.  (N, n) N, NaN where a row takes no part."""
+    N, errors = len(rows.u), np.full(rows.u.shape, np.nan)
     weight = np.where(used, 1 / sigma, 0.0)
     Y = rows.Y[..., base.kept]
-    edges = np.linspace(0, N, FOLDS + 1).astype(int)
+    edges = parts_of(N)
     for a, b in zip(edges[:-1], edges[1:], strict=True):
         part = np.zeros(N, bool)
         part[a:b] = True
@@ -179,8 +189,8 @@ def _held_out(rows, target, used, base, sigma) -> float:
         scale = np.linalg.norm(A, axis=0)
         scale[scale == 0] = 1.0
         found = np.linalg.lstsq(A / scale, (target * w).reshape(-1), rcond=1e-12)[0] / scale
-        errors.append((target - Y @ found)[part[:, None] & used])
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+        errors[a:b] = np.where(used[a:b], target[a:b] - Y[a:b] @ found, np.nan)
+    return errors
 
 
 def _few(names) -> str:

@@ -46,6 +46,8 @@ class Rows:
     joints: tuple[str, ...]
     step: float = 0.0  # s between rows; 0: not known
     samples: int = 0  # of the log that they were made of
+    t: np.ndarray | None = None  # (N,) s, where it is known
+    speed: np.ndarray | None = None  # (N, n) of the joints, m/s or rad/s, where it is known
 
 
 def rows_of_motion(
@@ -99,14 +101,15 @@ def rows_of_log(
     Ts = stretches[0].Ts
     block = 1 if cutoff is None else max(1, round(0.5 / (cutoff * Ts)))
     parts = [_averaged(machine, s, block, kinds, least, known) for s in stretches]
-    Y, u, used = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    Y, u, used, t, speed = (np.concatenate([part[i] for part in parts]) for i in range(5))
     if not used.any():
         raise LogError(
             "no joint moves faster than friction sticks", value=f"greatest speed {fastest.max():.3g} m/s",
             limit=f"{CREEP:g} m/s",
             cure="log a motion, for example that of gough.identify.excite",
         )  # fmt: skip
-    return Rows(Y, u, used, names, units, values, machine.joint_names, block * Ts, sum(len(s.t) for s in stretches))
+    samples = sum(len(s.t) for s in stretches)
+    return Rows(Y, u, used, names, units, values, machine.joint_names, block * Ts, samples, t, speed)
 
 
 def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...], np.ndarray]:
@@ -186,7 +189,7 @@ def _regressor(machine, x, xd, xdd, friction, sign=None) -> np.ndarray:
 
 
 def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
-    """Y, u, used of one stretch, averaged over blocks of as many samples."""
+    """Y, u, used, t and speed of one stretch, averaged over blocks of as many samples."""
     u = s.u - s.friction if known else s.u
     good = s.good & (np.abs(s.qd) >= least)
     # a joint that turns back between two samples of a block has been slow there
@@ -201,4 +204,6 @@ def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
     n = u.shape[1]
     sign = np.sign(s.qd[:m]).reshape(-1, block, n)
     same = (sign == sign[:, :1]).all(1) if friction else True
-    return np.concatenate(out), u[:m].reshape(-1, block, n).mean(1), good[:m].reshape(-1, block, n).all(1) & same
+    used = good[:m].reshape(-1, block, n).all(1) & same
+    u, t, speed = (a[:m].reshape(-1, block, *a.shape[1:]).mean(1) for a in (u, s.t, s.qd))
+    return np.concatenate(out), u, used, t, speed
