@@ -24,7 +24,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, observed, provenance, stability, start, stopped
+from . import columns, cut, observed, provenance, stability, start, stopped
 from .kept import Kept
 from .notes import EffortWarning, Notes
 from .reach import Reach
@@ -69,6 +69,9 @@ class Batch:
             self.motion = program.plan(machine)
             for law in {id(law): law for law in self.laws}.values():
                 law.check_motion(self.motion, run.period)
+            cut.check_batch([plant.cutting for plant in plants])
+            for plant in {id(plant): plant for plant in plants}.values():
+                cut.check(plant.cutting, self.motion)
             self.ticks = self.motion.count(run.period)
             self._check_rows()
             self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
@@ -154,7 +157,7 @@ class Batch:
         for substeps, members in groups.items():
             schedule = start.schedule_of(
                 self.believed, true, self.law, self.state, self.row, run.period, substeps, self.faults, self.asked,
-                self.signals, self.drifts,
+                self.signals, self.drifts, self.plant.cutting,
             )  # fmt: skip
             schedule = observed.with_observer(schedule, self.observer)
             self.kernel = kernels.compile(schedule, lanes=self.lanes)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from ..cutting.cutting import Cutting
 from ..declare import Array, Part, quantity
 from ..machine.base import Machine
 from .faults import EncoderFault
@@ -32,6 +33,7 @@ class Plant(Part):
         at_least=-1,
         at_most=1,
     )
+    cutting: Cutting | None = Field(None, description="the cut that the tool makes along the program's path")
     faults: list[EncoderFault] = Field(default_factory=list, max_length=32, description="faults of the encoders")
 
     @property

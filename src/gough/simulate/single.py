@@ -19,7 +19,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, observed, provenance, stability, start, stopped
+from . import columns, cut, observed, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
 from .supervise import supervision_of
@@ -41,6 +41,7 @@ class Single:
             self.observer = None if observer is None else observer.on(machine, run.period)
             self.motion = program.plan(machine)
             self.law.check_motion(self.motion, run.period)
+            cut.check(plant.cutting, self.motion)
             self.ticks = self.motion.count(run.period)
             rows = -(-self.ticks // run.log_every)
             if rows > MOST_ROWS:
@@ -75,7 +76,7 @@ class Single:
         self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
         schedule = start.schedule_of(
             self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
-            self.asked, self.signals, drifts,
+            self.asked, self.signals, drifts, plant.cutting,
         )  # fmt: skip
         self.kernel = kernels.compile(observed.with_observer(schedule, self.observer))
         self.simulation = self.kernel.start(
