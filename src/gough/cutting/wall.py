@@ -37,9 +37,6 @@ class Wall(Part):
 
     @model_validator(mode="after")
     def _fits(self):
-        for key in ("places", "radial"):
-            if np.ndim(getattr(self, key)) != 1:
-                raise InputError("must be a list", key=key, value="one number", cure='write ["10 mm", "90 mm"]')
         places, wanted = self.places, len(self.places) - (self.form == "stairs")
         if not 2 <= len(places) <= MOST:
             raise InputError(f"needs 2 to {MOST} places", key="places", value=str(len(places)))
