@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.mills import mill
 from numpy.testing import assert_allclose
 
+from cutting.mills import mill
 from gough.cutting import Beam, EndMill, Leaning
 
 TOOL = mill(extension=75e-3)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from cutting.mills import FEED, MATERIAL, SHARP, SPEED, cut, mill, sliced
 from numpy.testing import assert_allclose
 
+from cutting.mills import FEED, MATERIAL, SHARP, SPEED, cut, mill, sliced
 from gough.cutting import EndMill, force
 from gough.cutting.coefficients import SETS
 from gough.cutting.numeric import ARRAYS, sinc

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.mills import FEED, SPEED, cut, mill
 from numpy.testing import assert_allclose
 
 import gough as gk
+from cutting.mills import FEED, SPEED, cut, mill
 from gough.errors import ExperimentError
 
 WAY = 0.1  # m
-AT = dict(places=[0.02, 0.08], radial=[1.5e-3])
+AT = {"places": [0.02, 0.08], "radial": [1.5e-3]}
 
 
 @pytest.fixture(scope="module")

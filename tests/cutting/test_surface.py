@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.mills import FEED, cut, mill
 from numpy.testing import assert_allclose
 
 import gough as gk
+from cutting.mills import FEED, cut, mill
 from gough.cutting import Beam, Leaning
 from gough.cutting.surface import CutWall, Ran, cut_wall
 from gough.errors import LogError
@@ -15,7 +15,7 @@ from gough.frames import abc_of_rotation_np, rotation_of_abc_np, rotation_of_vec
 
 R, F_T = 6e-3, 0.25e-3
 MARK = F_T**2 / (8 * R)  # m: height of the marks of the feed on a straight wall
-AT = dict(places=[0.02, 0.08], radial=[0.9e-3])
+AT = {"places": [0.02, 0.08], "radial": [0.9e-3]}
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.mills import MATERIAL, cut, mill
 from numpy.testing import assert_allclose
 
+from cutting.mills import MATERIAL, cut, mill
 from gough.cutting import Beam, Cutting, Wall
 from gough.errors import ExperimentError
 

@@ -46,8 +46,8 @@ _SCALE = 1.28
 A5052 = Coefficients(
     tangential=_SCALE * AL6061.tangential, radial=_SCALE * AL6061.radial, axial=_SCALE * 105e6,
     tangential_edge=_SCALE * AL6061.tangential_edge, radial_edge=_SCALE * AL6061.radial_edge,
-    source="calibrated: Al6061-T6 of the same table times 1.28, so that the mean normal forces at radial depths of 0.3, "
-    "0.6, 0.9 mm come near the 37, 63, 91 N of Okuda et al. 2006, table 3; K_ac in the ratio to K_tc of Al6082-T6",
+    source="calibrated: Al6061-T6 of the same table times 1.28, so that the mean normal forces at radial depths of "
+    "0.3, 0.6, 0.9 mm come near the 37, 63, 91 N of Okuda et al. 2006, table 3; K_ac in the ratio to K_tc of Al6082-T6",
 )  # fmt: skip
 
 SETS = {"Al6082-T6": AL6082, "Al6061-T6": AL6061, "Al7075-T6": AL7075, "A5052": A5052}

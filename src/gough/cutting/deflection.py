@@ -6,7 +6,7 @@
 
 about the upper edge of the wall, z = R_a; delta at the tip is their eq. (16), f their eq. (15) and fig. 10.
 
-`Beam`, a cantilever after Euler and Bernoulli of length L and stiffness E I, with x = L - z, a force F at x_F = L - z_F:
+`Beam`, a cantilever after Euler and Bernoulli of length L and stiffness E I, x = L - z, a force F at x_F = L - z_F:
 
     delta(z) = F x^2 (3 x_F - x) / (6 E I)  for x <= x_F,     F x_F^2 (3 x - x_F) / (6 E I)  beyond                 (2)
     slope at the tip = F x_F^2 / (2 E I),     I = pi (`core` D)^4 / 64                                              (3)

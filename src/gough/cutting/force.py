@@ -16,9 +16,9 @@ the angle at the tip: with z from z_1 to z_2, dz = z_2 - z_1 and m = theta - k (
 
     S_n = integral of sin(n phi) = dz sin(n m) sinc(n k dz / 2),   C_n with cos,   S_0 := 0, C_0 = dz               (4)
 
-    F_x = -K_tc [a S_2 / 2 + b (C_0 + C_2) / 2 + d C_1] - K_te C_1 - K_rc [a (C_0 - C_2) / 2 + b S_2 / 2 + d S_1] - K_re S_1
-    F_y =  K_tc [a (C_0 - C_2) / 2 + b S_2 / 2 + d S_1] + K_te S_1 - K_rc [a S_2 / 2 + b (C_0 + C_2) / 2 + d C_1] - K_re C_1
-    F_z =  K_ac [a S_1 + b C_1 + d C_0] + K_ae C_0,     M_z = (D / 2) (K_tc [a S_1 + b C_1 + d C_0] + K_te C_0)     (5)
+    H_c = a S_2 / 2 + b (C_0 + C_2) / 2 + d C_1, H_s = a (C_0 - C_2) / 2 + b S_2 / 2 + d S_1, H = a S_1 + b C_1 + d C_0
+    F_x = -K_tc H_c - K_te C_1 - K_rc H_s - K_re S_1,     F_z = K_ac H + K_ae C_0
+    F_y =  K_tc H_s + K_te S_1 - K_rc H_c - K_re C_1,     M_z = (D / 2) (K_tc H + K_te C_0)                         (5)
 
 sinc(x) = sin(x) / x keeps (4) exact down to straight flutes.  Without runout (5) is all.  With runout a tooth may miss:
 then the next one cuts what it left.  The tooth m places before left the wall at m f sin phi + R_j - R_j-m, so

@@ -138,7 +138,7 @@ def _frame(path: Path, s, side):
 
 
 def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z):
-    """c_q of eq. (2) at times `at` (n, m) s for the heights z (m,), and whether a tooth cut there.  (n, m, 3), (n, m)."""
+    """c_q of eq. (2) at times `at` (n, m) s for heights z (m,), and whether a tooth cut there.  (n, m, 3), (n, m)."""
     flat = at.ravel()
     p = np.stack([np.interp(flat, ran.t, ran.x[:, i]) for i in range(3)], -1)
     axes = rotation_of_abc_np(ran.x[:, 3:])[..., 2]

@@ -11,7 +11,7 @@ from ..log.build import VARIABLES
 from ..machine.workspace import beyond
 from ..program.reference import Reference
 from ..quantities import brief
-from . import cut, joints
+from . import cut, joints, leaning
 from .trip import tripped
 
 # what the reference alone decides is the same for all runs of a batch
@@ -111,6 +111,8 @@ def told(law, name: str) -> tuple:
         return (), "1", "friction over that of the plant's numbers"
     if name in cut.VARIABLES:
         return cut.VARIABLES[name][1:]
+    if name in leaning.VARIABLES:
+        return leaning.VARIABLES[name][1:]
     if name in joints.FORCES:
         return joints.FORCES[name][1]
     said = law.states.get(name.removeprefix("controller."))

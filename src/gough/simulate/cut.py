@@ -198,7 +198,7 @@ class _Cut:
     def __init__(self, m, cutting, step, look_back):
         p, self.theta_p = m.symbols
         self.theta = ca.SX.sym("theta", len(cutting.theta))
-        sizes = {name: size for name, size in _ENGAGED}
+        sizes = dict(_ENGAGED)
         self.engaged = [ca.SX.sym(name, sizes[name]) for name, _ in _ENGAGED]
         self.turned, self.z = ca.SX.sym("turned"), ca.SX.sym("z", m.coordinate_count)
         self.v, self.wrench = ca.SX.sym("v", len(m.velocities)), ca.SX.sym("w", 6)
