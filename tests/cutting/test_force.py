@@ -108,6 +108,16 @@ def test_runout_takes_the_same_volume_with_uneven_teeth():
     assert abs(half[0] / half[1] - 1) > 0.2
 
 
+@pytest.mark.parametrize("runout", [5e-6, 300e-6])
+def test_the_mean_with_runout_is_that_of_many_angles(runout):
+    cutting = cut(mill(3, 30.0, runout=runout, runout_angle=0.3))
+    angles = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
+    found = cutting.mean_forces(FEED, np.array([0.9e-3, 5e-3]))
+    for mean, depth in zip(found, (0.9e-3, 5e-3), strict=True):
+        # a kink seen from 20 000 places: 1e-4 of a step of the force's rate
+        assert_allclose(mean, cutting.forces(FEED, depth, angles).mean(0), rtol=1e-6)
+
+
 @pytest.mark.parametrize("teeth", [2, 3, 4])
 def test_runout_is_what_slices_meet_that_remember_all_teeth(teeth):
     for runout in (8e-6, 200e-6):  # the second is so large that a tooth misses for whole turns

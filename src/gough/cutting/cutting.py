@@ -93,14 +93,9 @@ class Cutting(Part):
 
     def mean_forces(self, speed, depth) -> np.ndarray:
         """Their mean over a turn of the spindle at feeds m/s and radial depths m that broadcast.  (..., 4) N, N m."""
-        speed, depth = np.broadcast_arrays(np.asarray(speed, float), np.asarray(depth, float))
-        window = force.window(ARRAYS, self.tool, depth, self.wall.side)
-        if self.tool.runout is None:
-            feed = self.feed_per_tooth(speed)
-            return force.mean_force(self.tool, self.coefficients, self.wall.axial_depth, feed, *window)
-        # runout: the mean over enough angles of a turn; 720 leave some parts in ten thousand at kinks
-        angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-        return self.forces(speed[..., None], depth[..., None], angle).mean(-2)
+        return force.mean_force(
+            self.tool, self.coefficients, self.wall.axial_depth, self.feed_per_tooth(speed), depth, self.wall.side
+        )
 
     def check_path(self, length: float, speed: float) -> None:
         """Refuse a wall that the path of `length` m never meets, or a feed (m/s) that makes no chip there.

@@ -120,29 +120,37 @@ def _element(xp, tool, K, a, b, d, middle, dz, k):
     )
 
 
-def mean_force(tool, K, height, feed, first, last) -> np.ndarray:
-    """Mean over a turn of F_x, F_y, F_z, M_z without runout, in closed form; any helix.  (..., 4) N, N m.
+def mean_force(tool, K, height, feed, depth, side: float = -1.0) -> np.ndarray:
+    """Mean over a turn of F_x, F_y, F_z, M_z, in closed form: any helix, any runout.  (..., 4) N, N m.
 
-    The mean over a turn of an element does not know where its tooth started, so the helix has no part in it: N / 2 pi
-    times the integral of eqs. (2), (3) over phi, times the height; docs/theory/milling.md, eq. (7).
+    `feed` m a tooth and radial depth m broadcast.  The mean over a turn of an element does not know where its tooth
+    started, so the helix has no part in it: the height over 2 pi times the integral of eqs. (2), (3) over the angles
+    of each tooth; docs/theory/milling.md, eq. (7).
     """
+    feed, depth = np.broadcast_arrays(np.asarray(feed, float), np.asarray(depth, float))
+    total = np.zeros((*feed.shape, 4))
+    for each in pieces(ARRAYS, tool, tool.teeth, feed, *window(ARRAYS, tool, depth, side)):
+        for a, d, first, last in each:
+            on = last > first
+            total += np.where(on[..., None], _up_to(tool, K, a, d, last) - _up_to(tool, K, a, d, first), 0.0)
+    return height / (2 * np.pi) * total
 
-    def to(phi):
-        s1, c1, s2, c2 = np.sin(phi), np.cos(phi), np.sin(2 * phi), np.cos(2 * phi)
-        # integrals over phi of sin, cos, sin^2, sin cos
-        S, C, SS, SC = -c1, s1, phi / 2 - s2 / 4, -c2 / 4
-        return np.stack(
-            [
-                -K.tangential * feed * SC - K.tangential_edge * C - K.radial * feed * SS - K.radial_edge * S,
-                K.tangential * feed * SS + K.tangential_edge * S - K.radial * feed * SC - K.radial_edge * C,
-                K.axial * feed * S + K.axial_edge * phi,
-                tool.diameter / 2 * (K.tangential * feed * S + K.tangential_edge * phi),
-            ],
-            -1,
-        )
 
-    first, last = np.asarray(first, float), np.asarray(last, float)
-    return tool.teeth * height / (2 * np.pi) * (to(last) - to(first))
+def _up_to(tool, K, a, d, phi):
+    """Integral over phi of eq. (2) with the chip (3), b = 0, a unit of height.  (..., 4)."""
+    s1, c1 = np.sin(phi), np.cos(phi)
+    # integrals of sin, cos, sin^2, sin cos
+    S, C, SS, SC = -c1, s1, phi / 2 - np.sin(2 * phi) / 4, s1 * s1 / 2
+    along, across, chip = a * SC + d * C, a * SS + d * S, a * S + d * phi  # of h cos phi, h sin phi, h
+    return np.stack(
+        [
+            -K.tangential * along - K.tangential_edge * C - K.radial * across - K.radial_edge * S,
+            K.tangential * across + K.tangential_edge * S - K.radial * along - K.radial_edge * C,
+            K.axial * chip + K.axial_edge * phi,
+            tool.diameter / 2 * (K.tangential * chip + K.tangential_edge * phi),
+        ],
+        -1,
+    )
 
 
 def forces(tool, K, height, feed, depth, angle, side: float = -1.0) -> np.ndarray:

@@ -138,7 +138,7 @@ def _frame(path: Path, s, side):
 
 
 def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z):
-    """c_q of eq. (2) at times `at` (n, m) s for heights z (m,), and whether a tooth cut there.  (n, m, 3), (n, m)."""
+    """c_q of eq. (2) at times `at` (n, m) s for heights z (m,), and whether the tool moved then.  (n, m, 3), (n, m)."""
     flat = at.ravel()
     p = np.stack([np.interp(flat, ran.t, ran.x[:, i]) for i in range(3)], -1)
     axes = rotation_of_abc_np(ran.x[:, 3:])[..., 2]
@@ -162,4 +162,4 @@ def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z):
             F = cutting.mean_forces(speed, depth)[:, 1]
         F = np.where(depth > 0, F, 0.0)
         c = c + law.lateral(cutting.tool, F, wall.axial_depth / 2, height, wall.axial_depth)[:, None] * y
-    return c.reshape(*at.shape, 3), (inside & (depth > 0) & (speed > 0)).reshape(at.shape)
+    return c.reshape(*at.shape, 3), (inside & (speed > 0)).reshape(at.shape)
