@@ -33,6 +33,7 @@ def test_the_study_is_found_and_registered():
     study = find("okuda2006")
     assert [experiment.label for experiment in study.experiments] == [
         "circles", "circles, friction of the model", "static load", "static load, no friction",
+        "end milling", "force and inclination", "stairs",
     ]  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from ..cutting.cutting import Cutting
 from ..declare import Array, Part, quantity
 from ..errors import ExperimentError
 from ..machine.base import Machine
@@ -37,6 +38,7 @@ class Plant(Part):
         None, description="where encoders of a flexible machine are: at the motors, or at the joints behind the springs"
     )
     stiffness: float | None = quantity("1", "factor on all stiffness of [[compliance]]", default=None, above=0)
+    cutting: Cutting | None = Field(None, description="the cut that the tool makes along the program's path")
     faults: list[EncoderFault] = Field(default_factory=list, max_length=32, description="faults of the encoders")
 
     @model_validator(mode="after")

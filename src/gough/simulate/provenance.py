@@ -32,6 +32,7 @@ def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
         "observer": {} if watched is None else {k: v for k, v in watched.to_file().items() if k != "machine"},
         "program": program.to_file() | {name: getattr(program, name, None) for name in ("name", "text")},
         "plant": job.plant.to_file(),
+        "compensation": None if job.compensation is None else job.compensation.to_file(),
         "run": job.run_part.to_file()
         | {"substeps": job.substeps, "spectral_radius": job.radius, "native": bool(job.kernel and job.kernel.native)},
         "hashes": {name: part.digest() for name, part in parts.items()},

@@ -26,7 +26,7 @@ from ..errors import ExperimentError, InputError
 from ..kernel.rows import compile_rows
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
-from . import law_tasks, tick
+from . import cut, law_tasks, tick
 from .drift import drifts, scale
 from .linear import plant_jacobians
 from .loop import loop_eigenvalues
@@ -191,7 +191,8 @@ def substeps_of(true, plant, duration: float, run) -> int:
         as `choose_substeps`, for the most friction that the plant comes to have.
     """
     most = max(1.0, scale(plant.friction_drift, duration))
-    return choose_substeps(true, run.period, run.substeps, most)
+    needed = choose_substeps(true, run.period, run.substeps, most)
+    return cut.substeps_of(plant.cutting, run.period, needed, run.substeps)
 
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:
