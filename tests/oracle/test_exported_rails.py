@@ -33,7 +33,10 @@ SAME = 1e-8
 _made = lru_cache(lambda name: MACHINES[name]())
 
 
-@pytest.fixture(params=MACHINES)
+QUICK = ("oblique", "general-hexaglide", "turned-hexapod")  # the others have fewer terms
+
+
+@pytest.fixture(params=[name if name in QUICK else pytest.param(name, marks=pytest.mark.full) for name in MACHINES])
 def machine(request):
     return _made(request.param)
 
