@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import json
 import os
 import signal
@@ -16,26 +15,22 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest  # noqa: E402
 
+import marks  # noqa: E402
+
+CASELESS = pytest.StashKey[set]()
+
 
 @pytest.hookimpl(tryfirst=True)  # before pytest's own leaves out what is marked
 def pytest_collection_modifyitems(config, items):
-    """`@pytest.mark.quick("a-*", "b")`: `make check` runs the cases with such an id; the others of this test are full.
+    """What the mark `quick` does not name is full; where single cases were asked for, the others may be missing."""
+    none = marks.part(items)
+    config.stash[CASELESS] = set() if any("::" in argument for argument in config.args) else none
 
-    A test of which no case is left is an error, unless single cases were asked for: a new name hides no claim.
-    """
-    left = {}
-    for item in items:
-        mark, case = item.get_closest_marker("quick"), getattr(item, "callspec", None)
-        if mark is None or case is None:
-            continue
-        chosen = any(fnmatch.fnmatchcase(case.id, pattern) for pattern in mark.args)
-        name = item.nodeid.partition("[")[0]
-        left[name] = left.get(name, False) or chosen
-        if not chosen:
-            item.add_marker(pytest.mark.full)
-    none = [name for name, some in left.items() if not some]
-    if none and not any("::" in argument for argument in config.args):
-        raise pytest.UsageError(f"mark quick names no case of {', '.join(none)}")
+
+def pytest_runtest_setup(item):
+    """A mark that names no case hides no claim from `make check`: its test fails."""
+    if marks.name_of(item) in item.config.stash[CASELESS]:
+        pytest.fail("the mark quick names none of the cases of this test")
 
 
 class Ended(NamedTuple):

@@ -82,7 +82,7 @@ def test_the_replay_of_a_random_function_equals_one_lane_to_the_last_bit(seed):
     assert np.array_equal(got, [tape.replay(row)[0] for row in x])
 
 
-@pytest.mark.quick("0-*", "*-4")
+@pytest.mark.quick("0-*", "*-8")
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_random_function_agrees_with_the_interpreter(seed, lanes):
