@@ -15,8 +15,10 @@ from gough.simulate import tick
 LAWS = {
     "pid": gk.PID(bandwidth=12.0),
     "pid with all terms": gk.PID(bandwidth=10.0, derivative=1e-3, acceleration_feedforward=1.0),
+    "pid by poles": gk.PID(poles=[20.0, 80.0, 200.0]),
     "computed torque": gk.ComputedTorque(bandwidth=16.0),
     "computed torque by poles": gk.ComputedTorque(poles=[100.0, 100.0, 200.0]),
+    "computed torque by gains": gk.ComputedTorque(error_gains=[300.0, 4e4, 1e6]),  # a pair of damping 0.72
     "robust adaptive": gk.RobustAdaptive(slope=100.0, damping=250.0),
     "robust adaptive with all terms": gk.RobustAdaptive(
         slope=100.0,
@@ -151,11 +153,8 @@ def test_states_have_names(law, machine, rest):
 
 def test_numbers_are_told_apart_from_equations(law):
     """Another gain is another theta, not another equation."""
-    other = (
-        law.replace(poles=[50.0, 60.0, 70.0])
-        if getattr(law, "poles", None) is not None
-        else law.replace(**NUMBER[law.kind])
-    )
+    several = [name for name in ("poles", "error_gains") if getattr(law, name, None) is not None]
+    other = law.replace(**({name: 0.9 * getattr(law, name) for name in several} or NUMBER[law.kind]))
     assert other.structure() == law.structure()
     assert other != law
     assert not np.array_equal(other.theta, law.theta)

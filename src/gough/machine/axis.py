@@ -220,6 +220,10 @@ class Axis(Machine):
         """The part of the force along the rail."""
         return ca.dot(ca.SX(p.rail.direction), w[:3])
 
+    def carrying(self, mass, center):
+        """The carriage heavier by a mass (kg): where it sits does not matter."""
+        return self.replace(**{"carriage.mass": self.carriage.mass + mass})
+
     # -- dynamics -------------------------------------------------------------------------------------------------
 
     def inertial(self, p):

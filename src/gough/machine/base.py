@@ -18,6 +18,7 @@ import numpy as np
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
+from ..frames import rotation_of_abc_np
 from ..mechanics.linear import solve_square
 from . import forward
 from .arrays import Arrays, check_determinant, column
@@ -229,6 +230,13 @@ class Machine(Part):
         mean = self.inverse_force(p, pi, z, (v + v_r) / 2, turned)
         half = self.inverse_force(p, pi, z, (v - v_r) / 2, rest)
         return mean - (half - self.inverse_force(p, pi, z, rest, rest))
+
+    def carrying(self, mass: float, center) -> Machine:
+        """This machine with a point mass (kg) on what carries the tool, at `center` (3,) m of T."""
+        center, tool = np.asarray(center, float), getattr(self, "tool", None)
+        if tool is not None:  # the platform's numbers are in P
+            center = tool.position + rotation_of_abc_np(tool.angles) @ center
+        return self.replace(platform=self.platform.joined(mass, center))
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 

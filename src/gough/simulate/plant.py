@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from pydantic import Field
 
 from ..declare import Array, Part, quantity
@@ -16,7 +15,7 @@ class Plant(Part):
     """A machine with its true numbers, a payload and a steady force on the tool."""
 
     machine: Machine
-    payload: float | None = quantity("kg", "point mass carried by the platform", default=None, above=0)
+    payload: float | None = quantity("kg", "point mass that the tool carries", default=None, above=0)
     payload_center: Array = quantity("m", "where the payload sits, in T", default=[0.0, 0.0, 0.0], shape=(3,))
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)
@@ -36,16 +35,8 @@ class Plant(Part):
 
     @property
     def true_machine(self) -> Machine:
-        """The machine with the payload in its platform."""
-        if self.payload is None:
-            return self.machine
-        center = np.asarray(self.payload_center)
-        tool = getattr(self.machine, "tool", None)
-        if tool is not None:  # the platform's numbers are in P
-            from ..frames import rotation_of_abc_np
-
-            center = tool.position + rotation_of_abc_np(tool.angles) @ center
-        return self.machine.replace(platform=self.machine.platform.joined(self.payload, center))
+        """The machine with its payload."""
+        return self.machine if self.payload is None else self.machine.carrying(self.payload, self.payload_center)
 
     def to_file(self) -> dict[str, Any]:
         """The table that `from_file` reads back; faults are tables of their own."""
