@@ -57,6 +57,9 @@ class Hybrid(ConstrainedMachine):
     velocities: ClassVar = ("s21'", "s65'", "s32'")
     adaptable: ClassVar = ("link2.mass", "link5.mass", "ram.mass")
 
+    elastic_places: ClassVar = {"slide": "spring"}
+    rigid_places: ClassVar = {"drive": "a linear motor is stiff", "ram": "the compliance of its slide is in slide 1"}
+
     kind: Literal["hybrid"] = "hybrid"
     name: str = Field(default="hybrid", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     gravity: Array = quantity("m/s2", "gravity, in W", default=[0.0, -9.81, 0.0], shape=(3,))
@@ -143,10 +146,13 @@ class Hybrid(ConstrainedMachine):
         """Nothing turns with a linear motor."""
         return 0
 
-    @staticmethod
-    def bodies_of(p, pi, z, zd):
+    def bodies_of(self, p, pi, z, zd):
         """Arm 1, its motor, link 2, ram; arm 6, its motor, link 5.  Arms about their pivots."""
-        at = chains(p, z, zd)
+        return self.bodies_at(pi, chains(p, z, zd))
+
+    @staticmethod
+    def bodies_at(pi, at):
+        """The same at frames `at` (Chains)."""
         e_z = ca.SX([0, 0, 1])
         about = e_z @ e_z.T  # arms and motors turn about the third axis only
         out = []
@@ -162,6 +168,18 @@ class Hybrid(ConstrainedMachine):
     def carrying(self, mass, center):
         """The ram with a point mass (kg) at `center` (3,) m of T."""
         return self.replace(ram=self.ram.joined(mass, np.asarray(center, float)))
+
+    # -- what gives way -------------------------------------------------------------------------------------------
+
+    def elastic_numbers(self, place):
+        """Slides 1 and 6, those on the arms."""
+        return (1, 6)
+
+    def flexible(self, measured="motor", stiffness=1.0):
+        """This machine with slides 1 and 6 elastic in six components each; see Machine.flexible, hybrid_flexible.py."""
+        from .hybrid_flexible import flexible_hybrid
+
+        return flexible_hybrid(self, measured, stiffness)
 
     # -- forces in the joints -------------------------------------------------------------------------------------
 

@@ -5,7 +5,8 @@ A frame F stands at p_WF with axes R_WF, moves with v_F and turns with w, all in
     turned by an angle about its third axis:   R <- R R_z(angle),   w <- w + R e_z angle'                           (1)
     shifted by o along its own axes:           p <- p + R o,        v <- v + w x R o + R o'                         (2)
 
-and nothing else.  Velocities are linear in the rates, so that bodies, tool and closure can be differentiated.
+and, where a slide gives way by d = [o; r], shifted by o and turned by r, about its first, second and third axis in this
+order.  Velocities are linear in the rates, so that bodies, tool and closure can be differentiated.
 """
 
 from __future__ import annotations
@@ -48,6 +49,20 @@ def shifted(frame: Frame, o, rate) -> Frame:
     return Frame(frame.R, frame.p + arm, frame.v + ca.cross(frame.w, arm) + frame.R @ ca.SX(rate), frame.w)
 
 
+def flexed(frame: Frame, d, rate) -> Frame:
+    """Shifted by d[:3] m and turned by the small angles d[3:] rad; `rate` (6,) is d'."""
+    moved = shifted(frame, d[:3], rate[:3])
+    for i in range(3):
+        moved = _cycled(turned(_cycled(moved, i + 1), d[3 + i], rate[3 + i]), -i - 1)
+    return moved
+
+
+def _cycled(frame: Frame, steps: int) -> Frame:
+    """The frame with its axes named in another order, the axis `steps` places on as the third: x y z -> y z x."""
+    order = [(steps + k) % 3 for k in range(3)]
+    return frame._replace(R=ca.horzcat(*[frame.R[:, k] for k in order]))
+
+
 class Chains(NamedTuple):
     """All frames of the machine at its coordinates."""
 
@@ -61,18 +76,19 @@ class Chains(NamedTuple):
     passive: Frame  # on link 2 at s54: where link 5 must be
 
 
-def chains(p, z, zd) -> Chains:
+def chains(p, z, zd, flex=None) -> Chains:
     """From the pivots to the tool and to both sides of the passive slide: eqs. (1), (2) and those of hybrid.py.
 
-    `p` a view of the machine, z and zd (6,) coordinates and rates (s21, s65, s32, s54, phi10, phi60).
+    `p` a view of the machine, z and zd (6,) coordinates and rates (s21, s65, s32, s54, phi10, phi60).  `flex` ((6,),
+    (6,)) twice: what slides 1 and 6 give way between motor and link, and its rate.
     """
     b, overhang = p.base.half_width, p.base.overhang
     arm_1 = turned(fixed(ca.vertcat(-b, 0, -overhang)), z[4], zd[4])
     slide_1 = shifted(arm_1, ca.vertcat(0, z[0], 0), ca.vertcat(0, zd[0], 0))
-    link_2 = slide_1  # a flexure between motor and link would stand here
+    link_2 = slide_1 if flex is None else flexed(slide_1, *flex[0])
     tool = shifted(link_2, ca.vertcat(b, 0, z[2] + overhang), ca.vertcat(0, 0, zd[2]))
     passive = shifted(link_2, ca.vertcat(z[3], 0, 0), ca.vertcat(zd[3], 0, 0))
     arm_6 = turned(fixed(ca.vertcat(b, 0, -overhang)), z[5], zd[5])
     slide_6 = shifted(arm_6, ca.vertcat(0, z[1], 0), ca.vertcat(0, zd[1], 0))
-    link_5 = slide_6
+    link_5 = slide_6 if flex is None else flexed(slide_6, *flex[1])
     return Chains(arm_1, slide_1, link_2, tool, arm_6, slide_6, link_5, passive)

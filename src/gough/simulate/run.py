@@ -126,6 +126,11 @@ def simulate(
     if isinstance(lanes, bool) or lanes not in LANES:
         raise ExperimentError('lanes must be 1, 2, 4, 8 or "auto"', value=brief(lanes))
     _check("machine", machine, Machine)
+    if machine.rigid is not machine:
+        raise ExperimentError(
+            "laws believe the rigid machine", key="machine", value=f"a flexible {machine.name}",
+            cure="give machine.rigid, and plant=gk.Plant(machine=machine.rigid, flexible=True)",
+        )  # fmt: skip
     _check("program", program, Program)
     _check("observer", observer, Observer | None)
     if not many:
@@ -153,6 +158,11 @@ def _listed(value: Any) -> bool:
 
 
 def _plant(machine: Machine, value: Plant | Machine | None) -> Plant:
+    if isinstance(value, Machine) and value.rigid is not value:
+        raise ExperimentError(
+            "a plant makes its machine flexible itself", key="plant", value=f"a flexible {value.name}",
+            cure="give gk.Plant(machine=machine.rigid, flexible=True)",
+        )  # fmt: skip
     return value if isinstance(value, Plant) else Plant(machine=machine if value is None else value)
 
 

@@ -52,7 +52,8 @@ class Single:
                 )
             self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
             self.notes = Notes()
-            self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
+            seen = self.true if plant.flexible else machine
+            self.radius = stability.check_loop(seen, self.law, run.period, self.substeps, strict, self.notes)
             self.reach = Reach(machine, self.motion, run.period, self.notes)
             self.meter = ContourMeter(self.motion)
             self.sums = Accumulator(run.period)

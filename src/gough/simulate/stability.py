@@ -40,16 +40,20 @@ COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machin
 
 def fastest_pole(machine, friction: float = 1.0) -> float:
     """Largest magnitude of the poles of the plant at home with `friction` times its friction, rad/s."""
-    home, rest = machine.home, np.zeros(len(machine.velocities))
-    u0 = machine.inverse_dynamics(home, *np.zeros((2, len(machine.task))))
+    rest = np.zeros(len(machine.velocities))
+    z, u0 = machine.at_rest(machine.home)
     theta = machine.theta if friction == 1 else np.where(drifts(machine), friction, 1.0) * machine.theta
     memory, loads = np.zeros(machine.memory_count), largest_loads(machine)
-    found = plant_jacobians(Shape(machine))(theta, machine.coordinates(home), rest, memory, u0, loads)
+    found = plant_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
     return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found[:2])
 
 
 def largest_loads(machine) -> np.ndarray:
-    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,)."""
+    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,).
+
+    Of a machine with elastic joints those of the rigid one: it swings about them.
+    """
+    machine = machine.rigid
     if not machine.load_count:
         return np.zeros(0)
     d, memory = len(machine.task), np.zeros(machine.memory_count)
@@ -108,8 +112,8 @@ def load_gain(machine, friction: float = 1.0) -> float:
     A bound: the sum over the struts of |M^-1 J' e_i| times the slope of that strut's breakaway friction, in the metric
     of the mass matrix; for `friction` times the friction.
     """
-    if not (machine.friction and machine.friction.loaded):
-        return 0.0
+    if not (machine.friction and machine.friction.loaded) or machine.rigid is not machine:
+        return 0.0  # friction on a motor behind its spring moves nothing that presses on it before the spring bends
     n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
     z, law = machine.coordinates(machine.home), machine.friction
     slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))

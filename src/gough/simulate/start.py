@@ -36,8 +36,8 @@ def at_rest(believed, true, law, plant, row: Reference) -> Start:
     if plant.offset is not None:  # the law is told by the encoders where it starts
         x0 = x0 + np.concatenate([plant.offset, np.zeros(d - 3)])
         row = row._replace(x=x0, q=true.inverse_kinematics(x0))
-    u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), plant.wrench)
-    return Start(true.standing(x0), law.init(row, u0), u0)
+    z0, u0 = true.at_rest(x0, plant.wrench)
+    return Start(z0, law.init(row, u0), u0)
 
 
 def schedule_of(
