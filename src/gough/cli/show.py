@@ -108,7 +108,10 @@ def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, 
     specs = part.specs()
     for name in type(part).model_fields:
         value = getattr(part, name)
-        if isinstance(value, Part):
+        if isinstance(value, list) and value and isinstance(value[0], Part):
+            for i, one in enumerate(value):
+                out += numbers(one, document, f"{above}{name}.{i}.")
+        elif isinstance(value, Part):
             out += numbers(value, document, f"{above}{name}.")
         elif name in specs and value is not None:
             key = above + name

@@ -6,7 +6,11 @@ Unknown are the displacement d of the velocities' coordinates and the joint forc
     [F_z S  J'; q_m,z S  0] [d; u+ - u] = -[F; q_m - q_r],     z+ = normalised(z + S d),   z' = S v                 (2)
 
 Newton's method from the unbent machine; q_m is what the encoders read.  A step that does not lower what is left is
-halved.  The answer is stable where the stiffness with the joints held is positive definite; a strut that buckles, or an
+halved.  With the tool's place in the place of the readings,
+
+    F(z) = 0,     x(z) = x_d;     the targets of the joints are q_m(z)                                              (3)
+
+is the static compensation of gravity.  The answer is stable where the stiffness with the joints held is positive definite; a strut that buckles, or an
 arm that its load turns over, is refused.  docs/theory/compliance.md, section 3.
 """
 
@@ -19,7 +23,7 @@ import numpy as np
 
 from .. import frames
 from ..declare import Shape
-from ..errors import KinematicsError
+from ..errors import KinematicsError, RunError
 from ..kernel.building import BUILDING
 from .workspace import beyond
 
@@ -50,8 +54,34 @@ def at_rest(machine, x, wrench=None, check: bool = True) -> tuple[np.ndarray, np
     return z, u
 
 
-def solved(machine, z, u, q, w) -> tuple[np.ndarray, np.ndarray]:
-    """z and u of eq. (1) for the readings q (n,), from a guess of both.
+def targets(machine, x, wrench=None) -> np.ndarray:
+    """Readings q_m (n,) m of eq. (3): where the joints must be for the tool to be at x (d,), under `wrench` (6,).
+
+    Raises
+    ------
+    KinematicsError
+        as `at_rest`.
+    WorkspaceError, SingularityError
+        the target is unreachable under gravity: the joints would have to leave their limits.
+    """
+    w = np.zeros(6) if wrench is None else np.asarray(wrench, float)
+    x = np.asarray(x, float)
+    u0 = machine.rigid.inverse_dynamics(x, *np.zeros((2, len(x))), w)
+    z, _ = solved(machine, machine.coordinates(x), u0, x, w, "target")
+    q = np.array(_functions(Shape(machine))["readings"](machine.theta, z)).ravel()
+    try:
+        at_rest(machine, machine.rigid.forward_kinematics(q, near=x), w)
+    except RunError as error:
+        told = error.problems[0]
+        raise type(error)(
+            f"target unreachable under gravity: {told.rule}", where=told.where, value=told.value, limit=told.limit,
+            cure="move the work, or make the machine stiffer",
+        ) from None  # fmt: skip
+    return q
+
+
+def solved(machine, z, u, q, w, system: str = "system") -> tuple[np.ndarray, np.ndarray]:
+    """z and u of eq. (1) for the readings q (n,), from a guess of both; of eq. (3) with system="target", q the task's.
 
     Raises
     ------
@@ -59,7 +89,7 @@ def solved(machine, z, u, q, w) -> tuple[np.ndarray, np.ndarray]:
         as `at_rest`.
     """
     known = _functions(Shape(machine))
-    evaluate, move = known["system"], known["move"]
+    evaluate, move = known[system], known["move"]
     n, theta = len(q), machine.theta
     F, K, gap, J, J_m, scale = (np.array(one) for one in evaluate(theta, z, u, q, w))
     miss = _size(F, gap, scale)
@@ -134,13 +164,27 @@ def _functions(shape: Shape) -> dict[str, ca.Function]:
         scale = 1 + sum(ca.norm_1(term) for term in terms)
         J, J_m = m.jacobian_of(p, z), ca.jacobian(gap, z) @ S
         closed = m.normalised(p, z + S @ v)
+        x = ca.SX.sym("x", len(m.task))
+        asked = m.stiff.coordinates_of(p.stiff, x)
+        away, L = _away(m, p, z, x, asked), ca.jacobian(m.task_rate_of(p, z, v), v)
         out = {
+            "target": ca.Function("target", [theta, z, u, x, w], [F, ca.jacobian(F, z) @ S, away, J, L, scale]),
+            "readings": ca.Function("readings", [theta, z], [m.measured_of(p, z)]),
             "system": ca.Function("rest", [theta, z, u, q, w], [F, ca.jacobian(F, z) @ S, gap, J, J_m, scale]),
             "move": ca.Function("move", [theta, z, v], [m.normalised(p, closed)]),
             "margins": ca.Function("margins", [theta, z], [m.margins(p, z)[1]]),
             "pose": ca.Function("pose", [theta, z], [ca.vertcat(*m.tool_pose_of(p, z))]),
         }
     return out
+
+
+def _away(m, p, z, x, asked):
+    """Displacement of the tool from x: of its place, and of six coordinates the turn as a rotation vector.  (d,)."""
+    if len(m.task) != 6:
+        return m.task_of(p, z) - x
+    position, quat = m.tool_pose_of(p, z)
+    turn = frames.quaternion_product(quat, frames.conjugate(asked[3:]))
+    return ca.vertcat(position - x[:3], frames.rotation_vector_of_quaternion(turn))
 
 
 def static_force(m, p, z, u, w):

@@ -14,6 +14,7 @@ import numpy as np
 from ..declare import View
 from ..errors import ExperimentError, InputError, Problem, did_you_mean
 from ..mechanics.compliance import Compliance
+from ..quantities import brief
 from . import equilibrium, vibration
 from .base import Machine
 
@@ -145,8 +146,6 @@ class FlexibleMachine(Machine):
     def with_perfect_drives(self) -> Machine:
         return self.replace(stiff=self.stiff.with_perfect_drives())
 
-    stepping: ClassVar[str] = "explicit"  # or "implicit": what simulate/substep.py takes
-
     # -- what every one can tell ----------------------------------------------------------------------------------
 
     def at_rest(self, x, wrench=None) -> tuple[np.ndarray, np.ndarray]:
@@ -157,20 +156,29 @@ class FlexibleMachine(Machine):
         """x y z a b c of T in W at rest, the joints where the rigid machine has the pose x (d,).  (6,) m, rad."""
         return equilibrium.pose_of(self, self.at_rest(x, wrench)[0])
 
+    def targets(self, x, wrench=None) -> np.ndarray:
+        """Readings of the encoders (n,) m that put the tool at x (d,) at rest, bent as it is; see equilibrium.py."""
+        return equilibrium.targets(self, x, wrench)
+
+    def tool_compliance(self, x, wrench=None) -> np.ndarray:
+        """[displacement m; turn rad] of the tool tip by [f N; m N m] on it, in W, with the joints held.  (6, 6)."""
+        return vibration.tool_compliance(self, x, wrench)
+
     def static_stiffness(self, x, direction=None, wrench=None) -> Any:
         """Stiffness at the tool tip with the joints held, at rest at the pose x (d,), N/m.
 
-        Along `direction` (3,) in W: the force there by what the tip gives way along it; without it the (6, 6) stiffness
-        of the tip, [f; m] by [displacement; turn], in W.
+        Along `direction` (3,) in W: a force there by what the tip gives way along it; along x, y and z (3,) without.
+        inf where nothing gives way.
         """
-        found = vibration.tool_compliance(self, x, wrench)
-        if direction is None:
-            return np.linalg.inv(found)
-        way = np.asarray(direction, float)
-        if way.shape != (3,) or not np.linalg.norm(way) > 0:
-            raise ExperimentError("a direction has three numbers, not all 0", key="direction", value=str(direction)[:60])
-        way = way / np.linalg.norm(way)
-        return 1 / float(way @ found[:3, :3] @ way)
+        C = self.tool_compliance(x, wrench)[:3, :3]
+        ways = np.eye(3) if direction is None else np.atleast_2d(np.asarray(direction, float))
+        size = np.linalg.norm(ways, axis=-1, keepdims=True)
+        if ways.shape[-1] != 3 or len(ways) not in (1, 3) or not (np.isfinite(size) & (size > 0)).all():
+            raise ExperimentError("a direction has three numbers, not all 0", key="direction", value=brief(direction))
+        ways = ways / size
+        with np.errstate(divide="ignore"):
+            found = 1 / np.einsum("ki,ij,kj->k", ways, C, ways)
+        return found if direction is None else float(found[0])
 
     def modes(self, x, held: bool = True, wrench=None) -> vibration.Modes:
         """Natural frequencies, damping and shapes at rest at the pose x (d,); the joints held, or free."""

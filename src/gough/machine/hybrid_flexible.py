@@ -74,7 +74,6 @@ class FlexibleHybrid(FlexibleMachine, ConstrainedMachine):
     )
     independent_count: ClassVar = 12
     coordinate_count: ClassVar = 18
-    stepping: ClassVar = "implicit"
 
     springs: SlideSprings
 
@@ -191,15 +190,6 @@ class FlexibleHybrid(FlexibleMachine, ConstrainedMachine):
         """G of eq. (3), sparse.  (12, 12)."""
         T = ca.vertcat(ca.SX.eye(12), B)
         return ca.vertcat(*[T[i, :] for i in (*_FIRST, *_SECOND)])
-
-    def stiffness_of(self, p, z):
-        """G' K G and G' D G: what an implicit step takes for the springs (simulate/implicit.py).  (12, 12) each."""
-        G = self._elastic_rates(constrained.dependent(self.closed(p, z)))
-        found = [ca.SX(12, 12), ca.SX(12, 12)]
-        for (K, D), rows in zip(self._tables(p), (G[:6, :], G[6:, :]), strict=True):
-            found[0] += rows.T @ K @ rows
-            found[1] += 0 if D is None else rows.T @ D @ rows
-        return found
 
     def elastic_energy(self, p, z):
         """U of eq. (2), J."""

@@ -35,6 +35,11 @@ def chosen(signals, state, machine, drifts: bool = False, more=()) -> set[str] |
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
     known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else []), *more]
     for i, name in enumerate(signals):
+        if name in joints.FORCES and machine.rigid is not machine:
+            raise ExperimentError(
+                "a flexible plant does not tell the forces in its joints", key=f"run.signals.{i}", value=name,
+                cure="ask a plant without flexible = true",
+            )  # fmt: skip
         if name not in known:
             cure = did_you_mean(name, known)
             raise ExperimentError("the log has no such variable", key=f"run.signals.{i}", value=brief(name), cure=cure)
