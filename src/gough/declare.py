@@ -66,6 +66,11 @@ def _rules(file: bool) -> Iterator[None]:
         _FROM_FILE.reset(token)
 
 
+def si_numbers() -> Any:
+    """A context in which parts are made of SI numbers, also while a file is read: for parts that follow from others."""
+    return _rules(file=False)
+
+
 def one_of(**kinds: str) -> BeforeValidator:
     """For `Annotated`: a table whose `kind` chooses the Part, one_of(pid="gough.control.pid:PID", ...)."""
 

@@ -24,6 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..declare import si_numbers
 from ..errors import ExperimentError
 from ..mechanics.compliance import Springs, in_series
 from .base import Machine
@@ -35,7 +36,8 @@ def elastic_drives(machine: Machine, measured: str, stiffness: float) -> Elastic
     check_given(machine)
     check_options(measured, stiffness)
     _check_masses(machine)
-    return ElasticDrives(stiff=machine, springs=springs_of(machine, stiffness), measured=measured)
+    with si_numbers():
+        return ElasticDrives(stiff=machine, springs=springs_of(machine, stiffness), measured=measured)
 
 
 def _check_masses(machine: Machine) -> None:

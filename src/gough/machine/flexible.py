@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from ..complaints import under
 from ..declare import View
 from ..errors import ExperimentError, InputError, Problem, did_you_mean
 from ..mechanics.compliance import Compliance
@@ -42,11 +43,11 @@ def elastic_joints(machine: Machine) -> list[ElasticJoint]:
         key = f"compliance.{i}"
         try:
             place, numbers = _named(machine, entry.joint)
-            if machine.elastic_places[place] == "axial":
-                entry.along()
+            sort = machine.elastic_places[place]
+            if sort != "full":  # any number of components will do there
+                entry.along() if sort == "axial" else entry.spring()
         except InputError as error:
-            wrong += error.at(key="joint").problems
-            wrong[-1] = Problem(**{**wrong[-1].__dict__, "key": f"{key}.{wrong[-1].key}"})
+            wrong += [under(problem, key) for problem in error.at(key="joint").problems]
             continue
         for number in numbers:
             if (place, number) in found:

@@ -26,7 +26,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from ..declare import Array, Part, quantity
+from ..declare import Array, Part, quantity, si_numbers
 from ..errors import ExperimentError
 from ..mechanics import constrained
 from .constrained import ConstrainedMachine, ToolMotion
@@ -59,8 +59,9 @@ def flexible_hybrid(machine, measured: str, stiffness: float) -> FlexibleHybrid:
             "both slides give way or none: the flexible machine has six components at each", key="compliance",
             value=f"none of slide {(1, 6)[int(np.argmin(K.any(1)))]}", cure='name joint = "slides"',
         )  # fmt: skip
-    springs = SlideSprings(stiffness=K, damping=D if D.any() else None)
-    return FlexibleHybrid(stiff=machine, springs=springs, measured=measured)
+    with si_numbers():
+        springs = SlideSprings(stiffness=K, damping=D if D.any() else None)
+        return FlexibleHybrid(stiff=machine, springs=springs, measured=measured)
 
 
 class FlexibleHybrid(FlexibleMachine, ConstrainedMachine):
