@@ -18,7 +18,7 @@ Bouzgarrou et al. 2001 name inversion with the flexible model as further work; t
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -32,10 +32,22 @@ from .shifted import shifted
 from .wrapping import Wrapping, faded
 
 
+class Filter(NamedTuple):
+    """What eq. (2) remembers."""
+
+    y: Any  # (len(task),) m, rad
+    rate: Any  # y'
+    last: Any  # d_
+
+
 class FlexibleFeedforward(Wrapping):
     """Eqs. (1), (2) around an inner law."""
 
-    states: ClassVar = Wrapping.states | {"own": ("", "m, m/s", "y, y' and d_ of the displacement, one after another")}
+    states: ClassVar = {
+        "own.y": ("task", "m, rad", "displacement of the reference, from the tool to where the joints must stand"),
+        "own.rate": ("task", "m/s, rad/s", "its rate"),
+        "own.last": ("task", "m, rad", "what it follows, in the sample before"),
+    }
 
     kind: Literal["flexible_feedforward"] = "flexible_feedforward"
     bandwidth: float = quantity("Hz", "b / 2 pi, of the displacement's filter", default=100.0, above=0)
@@ -61,18 +73,17 @@ class FlexibleFeedforward(Wrapping):
 
     def first(self, r0):
         d = shift_at(self.machine, self.bends, np.ravel(r0.x)[None])[0]
-        return np.concatenate([d, np.zeros_like(d), d])
+        return Filter(d, np.zeros_like(d), d)
 
     def moved(self, p, own, r, weight):
-        k = len(self.machine.task)
-        y, yd, before = own[:k], own[k : 2 * k], own[2 * k :]
+        y, yd, last = own
         x, xd, xdd = (ca.SX(part) for part in (r.x, r.xd, r.xdd))
         d = shift(self.machine, self.bends, p.bends, x, xd, xdd)
         b, Ts = 2 * np.pi * p.bandwidth, p.period
-        ahead = d + 2 / b * (d - before) / Ts
+        ahead = d + 2 / b * (d - last) / Ts
         # (2) over the sample that ends now: of e = y - i, e+ = (e (1 + b Ts) + e' Ts) exp(-b Ts)
         e, fade = y - ahead, ca.exp(-b * Ts)
         e_next = (e * (1 + b * Ts) + yd * Ts) * fade
         yd = (yd * (1 - b * Ts) - b * b * Ts * e) * fade
         y, ydd = ahead + e_next, -b * b * e_next - 2 * b * yd
-        return shifted(self.machine, p.machine, r, *faded(weight, (y, yd, ydd))), ca.vertcat(y, yd, d)
+        return shifted(self.machine, p.machine, r, *faded(weight, (y, yd, ydd))), Filter(y, yd, d)

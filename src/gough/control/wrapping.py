@@ -10,7 +10,7 @@ The inner law's State is `inner` of the wrapper's, its tasks are the wrapper's t
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -25,7 +25,7 @@ class State(NamedTuple):
 
     inner: Any
     clock: Any  # s, until the takeover is over
-    own: Any  # (k,)
+    own: Any  # a NamedTuple, or an array
 
 
 class Wrapping(Controller):
@@ -40,13 +40,11 @@ class Wrapping(Controller):
     def moved(self, p, own, r, weight) -> tuple[Any, Any]:
         """The reference for the inner law, and what is remembered next; `weight` as `ramp` gives it."""
 
-    def first(self, r0) -> np.ndarray:
-        """What is remembered at the start of rest at r0.  (k,)."""
+    def first(self, r0) -> Any:
+        """What is remembered at rest at r0, at the start."""
         return np.zeros(0)
 
     # -- a law ----------------------------------------------------------------------------------------------------
-
-    states: ClassVar = {"clock": ("", "s", "time since the start, until the takeover is over")}
 
     def state_told(self, name: str):
         inner = name.removeprefix("inner.")
