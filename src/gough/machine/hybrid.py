@@ -15,11 +15,12 @@ chains of frames of hybrid_chain.py, which have eqs. (1) and (2), and R_2 of lin
     p_WT = A_2 + R_2 (b, 0, z0 + s32)                                                                               (4)
     s21^2 = (x + b)^2 + y^2 - b^2,   phi10 = atan2(y, x + b) - atan2(s21, b),   s32 = z,                            (5)
     s65 = s21 + 2 b sin phi10,   s54 = 2 b cos phi10,   phi60 = phi10
-    det J = 2 b cos phi10 / s21,   J by q' = J x';   |det phi_b| = 4 b^2 cos phi10                                  (6)
+    det J = 2 b cos phi10 / s21,   J by q' = J x';   |det phi_b| = 4 b^2 |cos phi10|                                (6)
 
-(5) is the closed form of the paper's "analytically possible" phi, and all of the inverse kinematics.  Arms, the moving
-parts of the motors, links 2 and 5 and the ram are the bodies of machine/constrained.py, which gives M, h and the
-multipliers of its eqs. (4), (5).  docs/theory/hybrid.md derives (3)-(8).
+With b < 0 arm 1 stands on the positive side: the mirror image, to which all of this applies.  (5) is the closed form of
+the paper's "analytically possible" phi, and all of the inverse kinematics.  Arms, the moving parts of the motors, links
+2 and 5 and the ram are the bodies of machine/constrained.py, which gives M, h and the multipliers of its eqs. (4), (5).
+docs/theory/hybrid.md derives (3)-(8).
 
 Source: Bouzgarrou, Ray, Gogu, Thuilot, Modeling and control of a HSM machine tool with parallel kinematics, 2001,
 section 2: coordinates q = [s21 s65 s32 s54 phi10 phi60]; their Fig. 1, closure and numbers are not in the text, so (3)
@@ -224,12 +225,12 @@ class Hybrid(ConstrainedMachine):
 
     @staticmethod
     def stride_of(p):
-        """Half of b, m."""
-        return 0.5 * p.base.half_width
+        """Half of |b|, m."""
+        return 0.5 * ca.fabs(p.base.half_width)
 
     def possible(self, q):
         """Rows (N,) of places of the slides q (N, 3) m that some pose may have, and `why(row)` for another."""
-        width, apart = 2 * self.base.half_width, np.abs(q[..., 1] - q[..., 0])
+        width, apart = 2 * abs(self.base.half_width), np.abs(q[..., 1] - q[..., 0])
 
         def why(row):
             return f"are {apart[row]:.4g} m apart, more than their pivots ({width:.4g} m)", "slide 1 and slide 6"

@@ -45,8 +45,8 @@ def told(m, index: int, margin: float) -> tuple[str, str, str]:
 
 def unreachable(m, x) -> tuple[int, WorkspaceError] | None:
     """The first of the places x (N, 3) nearer to pivot 1 than the tool can be, and the error that says so."""
-    x, b = np.atleast_2d(x), m.base.half_width
-    far = np.hypot(x[:, 0] + b, x[:, 1])
+    x, b = np.atleast_2d(x), abs(m.base.half_width)
+    far = np.hypot(x[:, 0] + m.base.half_width, x[:, 1])
     rows = np.flatnonzero(~(far >= b))
     if not len(rows):
         return None
@@ -66,7 +66,7 @@ def check_home(m) -> None:
     InputError
         a problem for each.
     """
-    wrong, b = [], m.base.half_width
+    wrong, b = [], abs(m.base.half_width)
     for key, center in (("link2", m.link2.center), ("link5", m.link5.center), ("ram", m.ram.center)):
         if np.linalg.norm(center) > 5 * b:
             wrong.append(_far(f"{key}.center", np.linalg.norm(center), 5 * b))

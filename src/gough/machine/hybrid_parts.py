@@ -7,7 +7,7 @@ from pydantic import model_validator
 
 from ..declare import Array, Part, quantity
 from ..errors import InputError, SheetError
-from .limits import Limits
+from .limits import COINCIDENT, Limits
 
 
 class HybridBase(Part):
@@ -15,10 +15,19 @@ class HybridBase(Part):
 
     input_error = SheetError
 
-    half_width: float = quantity("m", "b: half the distance between the pivots, tool and slide 1", above=0, at_most=50)
+    half_width: float = quantity(
+        "m", "b: half the distance between the pivots; below 0 where arm 1 stands on the positive side",
+        at_least=-50, at_most=50,
+    )  # fmt: skip
     overhang: float = quantity(
         "m", "z0: from the plane of the slides to the tool tip with the ram at 0", at_least=-50, at_most=50
     )
+
+    @model_validator(mode="after")
+    def _apart(self):
+        if abs(self.half_width) < COINCIDENT:
+            raise InputError("the pivots stand in one place", key="half_width", value=f"{self.half_width:g} m")
+        return self
 
 
 class Arm(Part):
