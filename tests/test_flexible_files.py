@@ -55,8 +55,8 @@ def test_a_stiffness_below_0_is_told_with_the_line_of_the_sheet(tmp_path, sheet)
     (tmp_path / "soft.toml").write_text(sheet.replace('"400 N/um"', '"-400 N/um"'))
     line = sheet.splitlines().index('stiffness     = "400 N/um"') + 1
     assert complaints(tmp_path / "soft.toml", gk.load_machine) == [
-        f"soft.toml:{line}: compliance.0.stiffness: a stiffness must be positive definite: every eigenvalue above 0, got "
-        "least eigenvalue -4e+08 N/m; check the signs and the size of what couples; leave a rigid joint out"
+        f"soft.toml:{line}: compliance.0.stiffness: a stiffness must be positive definite: every eigenvalue above 0, "
+        "got least eigenvalue -4e+08 N/m; check the signs and the size of what couples; leave a rigid joint out"
     ]
 
 

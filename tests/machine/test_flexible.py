@@ -74,8 +74,8 @@ def test_a_strut_has_one_stiffness_and_a_slide_six(nist):
         "component gets a large one"
     )
     assert refusal(hybrid, {"joint": "slide 6", "stiffness": [1e8] * 6}, kind=ExperimentError) == (
-        "compliance: both slides give way or none: the flexible machine has six components at each, got none of slide 1; "
-        'name joint = "slides"'
+        "compliance: both slides give way or none: the flexible machine has six components at each, got none of slide "
+        '1; name joint = "slides"'
     )
 
 
@@ -83,8 +83,8 @@ def test_a_machine_that_says_nothing_of_its_joints_is_not_made_flexible(nist):
     with pytest.raises(ExperimentError) as caught:
         nist.replace(compliance=None).flexible()
     assert str(caught.value) == (
-        "flexible: nist-octahedral has no [[compliance]]: nothing in it gives way; give [[compliance]] with joint = ... "
-        '(drives, struts, base joints, platform joints) and stiffness = "..."'
+        "flexible: nist-octahedral has no [[compliance]]: nothing in it gives way; give [[compliance]] with joint = "
+        '... (drives, struts, base joints, platform joints) and stiffness = "..."'
     )
 
 

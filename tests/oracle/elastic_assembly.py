@@ -125,7 +125,7 @@ RIGID = 1e5  # times the springs: for what an element must hold without giving w
 
 
 def hexapod(machine, x, R, base, strut, platform, masses=True):
-    """A hexapod with its motors locked: platform, and of each strut both parts with the spring `strut` N/m between them.
+    """A hexapod with its motors locked: platform, and both parts of each strut with the spring `strut` N/m between them.
 
     base, platform (6, 3): translational stiffness of the joints in W and in T.  Without `masses` struts weigh nothing.
     """
@@ -139,7 +139,9 @@ def hexapod(machine, x, R, base, strut, platform, masses=True):
         fixed, moving = machine.strut.fixed, machine.strut.moving
         if masses:
             out.body(f"fixed {i}", A[i], fixed.mass, [0, 0, fixed.center], fixed.transverse * np.diag([1, 1, 0.0]), S)
-            out.body(f"moving {i}", B[i], moving.mass, [0, 0, -moving.center], moving.transverse * np.diag([1, 1, 0.0]), S)
+            out.body(
+                f"moving {i}", B[i], moving.mass, [0, 0, -moving.center], moving.transverse * np.diag([1, 1, 0.0]), S
+            )
         else:
             out.body(f"fixed {i}", A[i])
             out.body(f"moving {i}", B[i])

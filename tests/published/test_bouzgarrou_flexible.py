@@ -23,7 +23,7 @@ def flexible():
 
 
 def test_the_first_natural_frequency_is_49_hz_and_the_least_stiffness_30_newton_a_micrometre_at_the_start(flexible):
-    """"49Hz as first natural frequency and 30N/um as minimal static stiffness"."""
+    """ "49Hz as first natural frequency and 30N/um as minimal static stiffness"."""
     assert_allclose(flexible.modes(START).frequency[0], 49.0, atol=0.05)
     assert_allclose(flexible.static_stiffness(START).min() * 1e-6, 30.0, atol=0.05)
 
@@ -38,7 +38,7 @@ def test_modes_and_stiffness_of_the_reconstruction_at_start_middle_and_end(flexi
 
 
 def test_gravity_bends_the_tool_by_0_35_mm_along_y_at_the_end(flexible):
-    """"0.35mm in the Y direction"; MACHINES.md: (+33, -350, 0) um."""
+    """ "0.35mm in the Y direction"; MACHINES.md: (+33, -350, 0) um."""
     sag = (flexible.settled_pose(END) - flexible.rigid.tool_pose(END))[:3]
     assert_allclose(sag * 1e6, [33, -350, 0], atol=0.5)
 

@@ -161,8 +161,8 @@ def test_forces_in_the_joints_are_refused_by_name(nist):
     with pytest.raises(ExperimentError) as caught:
         gk.simulate(nist, LAW, STAND, plant=gk.Plant(machine=nist, flexible=True), signals=["x", "plant.reaction"])
     assert str(caught.value) == (
-        "run.signals.1: a flexible plant does not tell the forces in its joints, got plant.reaction; ask a plant without "
-        "flexible = true"
+        "run.signals.1: a flexible plant does not tell the forces in its joints, got plant.reaction; ask a plant "
+        "without flexible = true"
     )
 
 

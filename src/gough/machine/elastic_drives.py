@@ -2,13 +2,13 @@
 
     z = (z_r, q_m),   v = (v_r, q_m')           z_r, v_r those of the rigid machine, q_m the motors, at their joints
 
-    s = q_m - q(z_r),   U = sum of s^2 / 2 c(z_r)                                                                   (1)
-    f = s / c + d s'                                                                                                (2)
-    M_r v_r' + h_r = J_r' f + (dc/dz_r S)' (s / c)^2 / 2 + w,   z_r' = S v_r                                        (3)
-    m q_m'' - g = u - friction - f                                                                                  (4)
+    s = q_m - q(z_r),   U = sum of s^2 / 2 c(z_r)                                                                   (4)
+    f = s / c + d s'                                                                                                (5)
+    M_r v_r' + h_r = J_r' f + (dc/dz_r S)' (s / c)^2 / 2 + w,   z_r' = S v_r                                        (6)
+    m q_m'' - g = u - friction - f                                                                                  (7)
 
 c and d are those of mechanics/compliance.py, (2), (3), of the elastic joints of a leg in series: what the drive's force
-bends on its way to the platform, at this pose.  The second force in (3) is that of a spring whose compliance hangs on
+bends on its way to the platform, at this pose.  The second force in (6) is that of a spring whose compliance hangs on
 the pose; with it U is a potential.  m is the mass on the motor's side (turning parts of a screw's drive, a carriage), g
 its weight along the joint; M_r, h_r are the rest of the machine.
 
@@ -18,8 +18,6 @@ Friction of a drive acts on its motor.  docs/theory/compliance.md.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -204,7 +202,7 @@ class ElasticDrives(FlexibleMachine):
         return in_series(self.springs, p.springs, ratio, lambda place: self.stiff.carried_by(place, p.stiff, z_r))
 
     def drive_forces(self, p, z, v):
-        """f of eq. (2), and the part s / c of it.  (n,), (n,) N."""
+        """f of eq. (5), and the part s / c of it.  (n,), (n,) N."""
         (z_r, q), (v_r, w) = self._parts(z), self._rates(v)
         c, loss = self.in_series(p, z_r)
         elastic = (q - self.stiff.joints_of(p.stiff, z_r)) / c
@@ -214,7 +212,7 @@ class ElasticDrives(FlexibleMachine):
         return elastic + loss / (c * c) * slip, elastic
 
     def mass_and_bias(self, p, pi, z, v):
-        """M and h of eqs. (3), (4): M v' + h = J' (u - friction) + w."""
+        """M and h of eqs. (6), (7): M v' + h = J' (u - friction) + w."""
         (z_r, _), (v_r, _) = self._parts(z), self._rates(v)
         mass, weight, rest = self.stiff.motor_load(p.stiff, pi)
         M, h = self.stiff.mass_and_bias(p.stiff, rest, z_r, v_r)
@@ -223,7 +221,7 @@ class ElasticDrives(FlexibleMachine):
         return ca.diagcat(M, ca.diag(mass)), ca.vertcat(h, f - weight)
 
     def _follow(self, p, z_r, v_r, elastic):
-        """(dc/dz_r S)' (s / c)^2 / 2 of eq. (3).  (len(v_r),)."""
+        """(dc/dz_r S)' (s / c)^2 / 2 of eq. (6).  (len(v_r),)."""
         z = ca.SX.sym("z", z_r.shape)
         slope = ca.jacobian(self.in_series(p, z).compliance, z)
         if slope.nnz() == 0:
@@ -239,7 +237,7 @@ class ElasticDrives(FlexibleMachine):
         return M @ vd + h
 
     def elastic_energy(self, p, z):
-        """U of eq. (1), J."""
+        """U of eq. (4), J."""
         z_r, q = self._parts(z)
         s = q - self.stiff.joints_of(p.stiff, z_r)
         return ca.sum1(s * s / self.in_series(p, z_r).compliance) / 2

@@ -2,16 +2,16 @@
 
 Unknown are the displacement d of the velocities' coordinates and the joint forces u:
 
-    F(z) = J' u + w - h(z, 0) = 0,     q_m(z) = q_r                                                                 (1)
-    [F_z S  J'; q_m,z S  0] [d; u+ - u] = -[F; q_m - q_r],     z+ = normalised(z + S d),   z' = S v                 (2)
+    F(z) = J' u + w - h(z, 0) = 0,     q_m(z) = q_r                                                                 (8)
+    [F_z S  J'; q_m,z S  0] [d; u+ - u] = -[F; q_m - q_r],     z+ = normalised(z + S d),   z' = S v                 (9)
 
 Newton's method from the unbent machine; q_m is what the encoders read.  A step that does not lower what is left is
 halved.  With the tool's place in the place of the readings,
 
-    F(z) = 0,     x(z) = x_d;     the targets of the joints are q_m(z)                                              (3)
+    F(z) = 0,     x(z) = x_d;     the targets of the joints are q_m(z)                                              (10)
 
-is the static compensation of gravity.  The answer is stable where the stiffness with the joints held is positive definite; a strut that buckles, or an
-arm that its load turns over, is refused.  docs/theory/compliance.md, section 3.
+is the static compensation of gravity.  The answer is stable where the stiffness with the joints held is positive
+definite; an arm that its load turns over is refused.  docs/theory/compliance.md, section 3.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _CURE = "check stiffness, masses and the wrench; a softer machine than this is n
 
 
 def at_rest(machine, x, wrench=None, check: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """z and u (n,) N of eq. (1) with the joints where `machine.rigid` has the pose x (d,), `wrench` (6,) on the tool.
+    """z and u (n,) N of eq. (8) with the joints where `machine.rigid` has the pose x (d,), `wrench` (6,) on the tool.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def at_rest(machine, x, wrench=None, check: bool = True) -> tuple[np.ndarray, np
 
 
 def targets(machine, x, wrench=None) -> np.ndarray:
-    """Readings q_m (n,) m of eq. (3): where the joints must be for the tool to be at x (d,), under `wrench` (6,).
+    """Readings q_m (n,) m of eq. (10): where the joints must be for the tool to be at x (d,), under `wrench` (6,).
 
     Raises
     ------
@@ -81,7 +81,7 @@ def targets(machine, x, wrench=None) -> np.ndarray:
 
 
 def solved(machine, z, u, q, w, system: str = "system") -> tuple[np.ndarray, np.ndarray]:
-    """z and u of eq. (1) for the readings q (n,), from a guess of both; of eq. (3) with system="target", q the task's.
+    """z and u of eq. (8) for the readings q (n,), from a guess of both; of eq. (10) with system="target", q the task's.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _functions(shape: Shape) -> dict[str, ca.Function]:
         x = ca.SX.sym("x", len(m.task))
         asked = m.stiff.coordinates_of(p.stiff, x)
         away, L = _away(m, p, z, x, asked), ca.jacobian(m.task_rate_of(p, z, v), v)
-        out = {
+        return {
             "target": ca.Function("target", [theta, z, u, x, w], [F, ca.jacobian(F, z) @ S, away, J, L, scale]),
             "readings": ca.Function("readings", [theta, z], [m.measured_of(p, z)]),
             "system": ca.Function("rest", [theta, z, u, q, w], [F, ca.jacobian(F, z) @ S, gap, J, J_m, scale]),
@@ -175,7 +175,6 @@ def _functions(shape: Shape) -> dict[str, ca.Function]:
             "margins": ca.Function("margins", [theta, z], [m.margins(p, z)[1]]),
             "pose": ca.Function("pose", [theta, z], [ca.vertcat(*m.tool_pose_of(p, z))]),
         }
-    return out
 
 
 def _away(m, p, z, x, asked):
@@ -188,7 +187,7 @@ def _away(m, p, z, x, asked):
 
 
 def static_force(m, p, z, u, w):
-    """F of eq. (1), and the terms it is the sum of.  (len(v),), list."""
+    """F of eq. (8), and the terms it is the sum of.  (len(v),), list."""
     pi = {key: value for key, (value, _) in m.inertial(p).items()}
     rest = ca.SX.zeros(len(m.velocities))
     _, h = m.mass_and_bias(p, pi, z, rest)

@@ -8,9 +8,9 @@ composed exactly: first axis across the arm, second along it, third out of the p
 With A_5 and the axes of link 5 seen from link 2, g = R_2' (A_5 - A_2) - s54 e_x and R = R_2' R_5, the loop closes in
 space:
 
-    phi = ( -g_y, -g_x, b (R_21 - R_12),  g_z, b (R_32 - R_23) / 2, b (R_13 - R_31) / 2 )                           (1)
-    U = (d_2' K_2 d_2 + d_5' K_5 d_5) / 2                                                                          (2)
-    M_a v' + h_a = J' u + w - G' [K_2 d_2 + D_2 d_2'; K_5 d_5 + D_5 d_5'],   J = [1 0],   [d_2'; d_5'] = G v        (3)
+    phi = ( -g_y, -g_x, b (R_21 - R_12),  g_z, b (R_32 - R_23) / 2, b (R_13 - R_31) / 2 )                           (16)
+    U = (d_2' K_2 d_2 + d_5' K_5 d_5) / 2                                                                          (17)
+    M_a v' + h_a = J' u + w - G' [K_2 d_2 + D_2 d_2'; K_5 d_5 + D_5 d_5'],   J = [1 0],   [d_2'; d_5'] = G v        (18)
 
 (R_21 is the entry in the second row, first column.)  The loop ties three of the twelve elastic coordinates, those of
 link 5 out of the plane: it gives them whatever the pose, so that phi_b is the rigid machine's beside a block near
@@ -89,7 +89,7 @@ class FlexibleHybrid(FlexibleMachine, ConstrainedMachine):
         return chains(p, self._pick(z, _RIGID), self._pick(zd, _RIGID), flex)
 
     def closure_of(self, p, z):
-        """phi of eq. (1).  (6,) m."""
+        """phi of eq. (16).  (6,) m."""
         at, b = self._chains(p, z, ca.SX.zeros(18)), p.base.half_width
         gap = at.link_2.R.T @ (at.link_5.p - at.passive.p)
         R = at.link_2.R.T @ at.link_5.R
@@ -188,12 +188,12 @@ class FlexibleHybrid(FlexibleMachine, ConstrainedMachine):
 
     @staticmethod
     def _elastic_rates(B):
-        """G of eq. (3), sparse.  (12, 12)."""
+        """G of eq. (18), sparse.  (12, 12)."""
         T = ca.vertcat(ca.SX.eye(12), B)
         return ca.vertcat(*[T[i, :] for i in (*_FIRST, *_SECOND)])
 
     def elastic_energy(self, p, z):
-        """U of eq. (2), J."""
+        """U of eq. (17), J."""
         total = 0
         for (K, _), places in zip(self._tables(p), (_FIRST, _SECOND), strict=True):
             d = self._pick(z, places)

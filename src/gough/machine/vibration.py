@@ -2,15 +2,15 @@
 
 With d the displacement that belongs to the velocities v, at the rest z_0, u_0 of equilibrium.py:
 
-    M d'' + D d' + K d = J' du + W w,   K = -F_z S,   D = h_v,   W = d(wrench on v) / dw                            (1)
-    q_m = Q d,   tool: W' d = [displacement; turn] of T, in W                                                       (2)
+    M d'' + D d' + K d = J' du + W w,   K = -F_z S,   D = h_v,   W = d(wrench on v) / dw                            (11)
+    q_m = Q d,   tool: W' d = [displacement; turn] of T, in W                                                       (12)
 
 all of them derivatives of the very equations that the plant steps.  K holds the geometric stiffness of gravity and of
 the forces in the legs.  With the joints held d = N y, J N = 0:
 
-    C_T = W' N (N' K N)^-1 N' W                                 compliance of the tool, (6, 6)                      (3)
-    (s^2 N' M N + s N' D N + N' K N) y = 0                      modes                                               (4)
-    G(s) = [Q; W'] (s^2 M + s D + K)^-1 [J' W]                  frequency response, the joints free                 (5)
+    C_T = W' N (N' K N)^-1 N' W                                 compliance of the tool, (6, 6)                      (13)
+    (s^2 N' M N + s N' D N + N' K N) y = 0                      modes                                               (14)
+    G(s) = [Q; W'] (s^2 M + s D + K)^-1 [J' W]                  frequency response, the joints free                 (15)
 
 docs/theory/compliance.md, section 4.
 """
@@ -31,7 +31,7 @@ from .equilibrium import at_rest, static_force
 
 
 class Small(NamedTuple):
-    """Eqs. (1), (2) at one rest, in SI."""
+    """Eqs. (11), (12) at one rest, in SI."""
 
     M: np.ndarray  # (m, m)
     D: np.ndarray  # (m, m)
@@ -53,21 +53,21 @@ class Modes(NamedTuple):
 
 
 def small_motions(machine, x, wrench=None) -> Small:
-    """Eqs. (1), (2) at rest with the joints where the rigid machine has the pose x (d,)."""
+    """Eqs. (11), (12) at rest with the joints where the rigid machine has the pose x (d,)."""
     z, u = at_rest(machine, x, wrench)
     found = _functions(Shape(machine))(machine.theta, z, u, np.zeros(6) if wrench is None else wrench)
     return Small(*(np.array(one) for one in found), z, u)
 
 
 def tool_compliance(machine, x, wrench=None) -> np.ndarray:
-    """C_T of eq. (3): [displacement; turn] of the tool tip by [f; m] on it, in W, SI.  (6, 6)."""
+    """C_T of eq. (13): [displacement; turn] of the tool tip by [f; m] on it, in W, SI.  (6, 6)."""
     one = small_motions(machine, x, wrench)
     N = _held(one.J)
     return one.W.T @ N @ np.linalg.solve(N.T @ one.K @ N, N.T @ one.W)
 
 
 def modes(machine, x, held: bool = True, wrench=None) -> Modes:
-    """Eq. (4), or with the joints free: what oscillates, without what drifts or creeps."""
+    """Eq. (14), or with the joints free: what oscillates, without what drifts or creeps."""
     one = small_motions(machine, x, wrench)
     N = _held(one.J) if held else np.eye(len(one.M))
     M, D, K = (N.T @ part @ N for part in (one.M, one.D, one.K))
@@ -87,7 +87,7 @@ _SOURCES, _TARGETS = ("motor", "tool"), ("encoder", "tool")
 
 
 def frequency_response(machine, x, frequencies, source: str = "motor", to: str = "tool", wrench=None) -> np.ndarray:
-    """Eq. (5), from the drives' forces (n, N) or the wrench on the tool (6, N and N m) to the encoders (n, m) or the
+    """Eq. (15), from the drives' forces (n, N) or the wrench on the tool (6, N and N m) to the encoders (n, m) or the
     tool (6, m and rad, in W), at `frequencies` (k,) Hz above 0, the joints free.  (k, outputs, inputs) complex.
 
     Raises
@@ -100,7 +100,9 @@ def frequency_response(machine, x, frequencies, source: str = "motor", to: str =
             raise ExperimentError(f'must be "{known[0]}" or "{known[1]}"', key=key, value=brief(value))
     f = np.asarray(frequencies, float)
     if f.ndim != 1 or not (np.isfinite(f) & (f > 0)).all():
-        raise ExperimentError("frequencies must be a row of numbers above 0", key="frequencies", value=brief(frequencies))
+        raise ExperimentError(
+            "frequencies must be a row of numbers above 0", key="frequencies", value=brief(frequencies)
+        )
     one = small_motions(machine, x, wrench)
     pushed = one.J.T if source == "motor" else one.W
     shown = one.Q if to == "encoder" else one.W.T
@@ -134,7 +136,7 @@ def stiffness_map(machine, poses) -> dict[str, np.ndarray]:
 
 
 def _held(J: np.ndarray) -> np.ndarray:
-    """N of eq. (3): columns that move no joint.  (m, m - n)."""
+    """N of eq. (13): columns that move no joint.  (m, m - n)."""
     _, s, Vt = np.linalg.svd(J)
     return Vt[len(s) :].T
 

@@ -39,15 +39,21 @@ class Compliance(Part):
         "one: along the joint, or alike in all translations; three: translations; six: and rotations",
         default=None, shape=(-1,),
     )  # fmt: skip
-    translation: Array | None = quantity("N/m", "of a full stiffness: force by displacement", default=None, shape=(3, 3))
+    translation: Array | None = quantity(
+        "N/m", "of a full stiffness: force by displacement", default=None, shape=(3, 3)
+    )
     rotation: Array | None = quantity("N m/rad", "of a full stiffness: moment by turn", default=None, shape=(3, 3))
-    coupling: Array | None = quantity("N", "of a full stiffness: force by turn; none if left out", default=None, shape=(3, 3))
+    coupling: Array | None = quantity(
+        "N", "of a full stiffness: force by turn; none if left out", default=None, shape=(3, 3)
+    )
     damping: float | Array | None = quantity(
         "N s/m, N s/m, N s/m, N m s/rad, N m s/rad, N m s/rad", "as many numbers as stiffness has", default=None,
         at_least=0, shape=(-1,),
     )  # fmt: skip
     beta: float | None = quantity("s", "damping in proportion: D = beta K", default=None, at_least=0, at_most=1)
-    damping_ratio: float | None = quantity("1", "the same, by its damping ratio at `frequency`", default=None, at_least=0)
+    damping_ratio: float | None = quantity(
+        "1", "the same, by its damping ratio at `frequency`", default=None, at_least=0
+    )
     frequency: float | None = quantity("Hz", "where the damping has damping_ratio", default=None, above=0)
     center: Array | None = quantity(
         "m", "place of the spring from the joint, in the joint's frame", default=None, shape=(3,)
@@ -180,7 +186,9 @@ class Springs(Part):
     leg: Array | None = quantity("m/N", "compliance along each leg", default=None, shape=(-1,))
     leg_loss: Array | None = quantity("s m/N", "E of eq. (3) of the same", default=None, shape=(-1,))
     places: tuple[str, ...] = ()
-    full: Array | None = quantity("1", "C of eq. (1), SI, a row of 36 for each place and drive", default=None, shape=(-1, -1))
+    full: Array | None = quantity(
+        "1", "C of eq. (1), SI, a row of 36 for each place and drive", default=None, shape=(-1, -1)
+    )
     full_loss: Array | None = quantity("1", "E of eq. (3), SI, likewise", default=None, shape=(-1, -1))
     center: Array | None = quantity("m", "from joint to spring, a row of 3 likewise", default=None, shape=(-1, -1))
 
@@ -195,8 +203,9 @@ class Series(NamedTuple):
 def in_series(springs, p, ratio, wrenches) -> Series:
     """Eqs. (2), (3) for n drives.
 
-    `springs` is the Springs, `p` its view; `ratio` (n,) the force along each leg by its drive's; `wrenches(place)` gives
-    the force at the joint (3, n) per newton and what the drive itself takes of it behind the joint (3, n) or None.
+    `springs` is the Springs, `p` its view; `ratio` (n,) the force along each leg by its drive's; `wrenches(place)`
+    gives the force at the joint (3, n) per newton and what the drive itself takes of it behind the joint (3, n), or
+    None.
     """
     c, e = p.constant, p.constant_loss
     if springs.leg is not None:

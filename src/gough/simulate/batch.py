@@ -92,7 +92,9 @@ class Batch:
             self.substeps_of = [one.substeps for one in ready]
             self.substeps = max(self.substeps_of)
             radii = [
-                stability.check_loop(self.true if self.plant.flexible else machine, law, run.period, self.substeps, strict, self.notes)
+                stability.check_loop(
+                    self.true if self.plant.flexible else machine, law, run.period, self.substeps, strict, self.notes
+                )
                 for law in {id(law): law for law in self.laws}.values()
             ]
             self.radius = None if None in radii else max(radii)

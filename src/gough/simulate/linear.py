@@ -6,7 +6,7 @@ Held at a pose by the forces u_0, with d = [dp; rotation vector] the displacemen
 
 T = diag(1, E^-1) turns a rotation vector into a b c (frames.py, (4)).  A machine with velocities of its own has their
 displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them; one with elastic joints
-those of its tool and its motors.  Friction is left out: at rest it has no slope, or none that says anything of a motion.
+those of its tool and its motors.  Friction is left out: at rest it has no slope, or none that says anything of motion.
 """
 
 from __future__ import annotations

@@ -50,7 +50,10 @@ def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool
     A, B = loop.jacobians()
     C = np.zeros((loop.S.shape[1], len(A)))
     C[:, loop.rows["z"]] = np.linalg.pinv(loop.S)  # dz = S d
-    B, C = B @ np.linalg.inv(loop.asked), loop.shown @ C  # from displacements of its own velocities to those of the tool
+    B, C = (
+        B @ np.linalg.inv(loop.asked),
+        loop.shown @ C,
+    )  # from displacements of its own velocities to those of the tool
     # 1e-8: a hundred times the rounding of the differences
     constant = (np.abs(A - np.eye(len(A))).max(1) < 1e-8) & (np.abs(B).max(1) < 1e-8)
     kept = ~(constant | loop.learned if frozen else constant)

@@ -170,7 +170,7 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
             key="run.substeps",
             value=f"pole x step = {pole * h:.3g}",
             limit=f"{stable}",
-            cure=f"give at least {least}, or leave it out for {needed}; the numbers of friction and springs set the pole",
+            cure=f"give at least {least}, or leave it out for {needed}; friction and springs set the pole",
         )
     return given
 
