@@ -35,6 +35,7 @@ def assert_same_poles(found, expected, relative):
         assert abs(pole - nearest) < relative * abs(nearest), (pole, nearest)
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_computed_torque_has_the_poles_it_was_given_in_all_six_directions(machine):
     """(s + 60)(s + 100)(s + 200), six times: the model cancels masses and couplings."""
     found = decay_rates(machine, gk.ComputedTorque(poles=[60.0, 100.0, 200.0]))
@@ -92,6 +93,7 @@ def test_gains_that_let_the_error_grow_are_refused():
         gk.ComputedTorque(error_gains=[10.0, 20.0, 300.0])
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_computed_torque_by_gains_swings_as_its_polynomial_does(machine):
     """The low gains as Bouzgarrou et al. 2001 print them: a pair at 35.6 1/s with a damping of 0.047."""
     gains = [300.0, 2.25e3, 3.75e5]
@@ -102,6 +104,7 @@ def test_computed_torque_by_gains_swings_as_its_polynomial_does(machine):
     assert_same_poles(found, list(roots) * 6, relative=0.01)
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_the_cascade_has_the_poles_of_its_coupled_joints(machine):
     """M_q q'' = D w (v_c - v + w_i int), v_c = K_v e: in each direction of M_q^-1 D with eigenvalue k,
 

@@ -64,5 +64,5 @@ def _errors(found: Results, key: str, what: str) -> Any:
             rows = thin(values)
             ax.plot(course.t[rows], values[rows] / MM, linewidth=0.9, color=next(colours), label=label)
     style.label(ax, f"Rigid machine, {key} gains: error of {what}", "time [s]", "[mm]")
-    style.legend_above(ax)
+    style.legend(ax, loc="lower right")
     return ax

@@ -43,19 +43,19 @@ class Course(NamedTuple):
 
 def run(
     name: str, gains: Gains, plant: Machine | Plant | Sequence[Plant] | None = None, tick: Tick | None = None,
-    believed: Machine | None = None,
+    believed: Machine | None = None, period: float = PERIOD,
 ) -> Course:  # fmt: skip
     """The move under a law that believes `believed` (default: the study's machine), on `plant` (default: the same)."""
     signals = ["q", "q_r", "x", "x_r", "u"]
     log = simulate(
-        believed or machine(), law(name, gains), move(), plant=plant, period=PERIOD, signals=signals, progress=tick,
+        believed or machine(), law(name, gains), move(), plant=plant, period=period, signals=signals, progress=tick,
         on_fail="raise",
     )  # fmt: skip
     q, q_r, x, x_r, u = (log.dataset[key].values for key in signals)
     if q.ndim == 3:
         q_r, x_r = q_r[:, None], x_r[:, None]
     x, x_r = x[..., :3], x_r[..., :3]
-    return Course(np.arange(len(q)) * PERIOD, q_r - q, x_r - x, u)
+    return Course(np.arange(len(q)) * period, q_r - q, x_r - x, u)
 
 
 def known(tick: Tick | None) -> dict[tuple[str, str], Course]:

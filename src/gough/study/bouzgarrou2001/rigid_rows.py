@@ -60,7 +60,7 @@ def _known(found: Results) -> list[Claim]:
         zero = float(np.abs(found.continuous[key, CTC].e).max())
         out.append(Claim(
             f"rigid, {key} gains, computed torque in continuous time: error", zero, "m", (0, 1e-12), published=0.0,
-            note='"strictly zeros"; rounding',
+            note='"strictly zeros"; what rounding and the integration leave',
         ))  # fmt: skip
         sampled = float(found.known[key, CTC].largest.max())
         out.append(Claim(
