@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,12 @@ def test_options_of_a_flexible_plant_alone_are_told_at_their_key(tmp_path, sheet
     assert complaints(tmp_path / "run.toml") == [
         "run.toml:7: plant.stiffness: is for flexible machines; write flexible = true beside it"
     ]
+
+
+@pytest.mark.parametrize("name", sorted(library()))
+def test_every_sheet_of_the_library_is_shown_with_what_gives_way(name, gough):
+    ended = gough("show", name)
+    assert ended.status == 0, ended.err
+    machine = gk.load_machine(name)
+    for i, entry in enumerate(machine.compliance or ()):
+        assert re.search(rf"compliance\.{i}\.stiffness .*{entry.joint}: one: along the joint", ended.out)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -111,6 +114,7 @@ def test_what_only_a_rigid_machine_has_is_refused(flexible):
         flexible.frequency_response(flexible.home, [0.0, 1.0])
 
 
+@pytest.mark.full
 def test_a_machine_too_soft_to_stand_is_refused_by_name(nist):
     """Softer than its weight bends: the platform hangs beyond its limits, an arm turns over."""
     with pytest.raises(WorkspaceError) as caught:
@@ -124,6 +128,14 @@ def test_a_machine_too_soft_to_stand_is_refused_by_name(nist):
         hybrid.replace(**{"limits.travel": [[0.7, 1.2001], [0.7, 2.2], [-0.06, 0.65]]}).flexible(stiffness=0.1).targets(
             hybrid.home + [0, 0, 0.1]
         )
+
+
+def test_a_flexible_machine_is_copied_and_sent_to_workers_whole():
+    flexible = gk.load_machine("okuma-pm600").flexible()  # a fresh one: what is compiled of a machine does not travel
+    for other in (copy.deepcopy(flexible), pickle.loads(pickle.dumps(flexible))):
+        assert other == flexible and hash(other) == hash(flexible)
+    assert flexible != flexible.rigid.flexible(stiffness=2.0)
+    assert flexible.structure() == flexible.rigid.flexible(stiffness=2.0).structure()  # one program serves both
 
 
 # -- rest -------------------------------------------------------------------------------------------------------------
@@ -149,6 +161,7 @@ def test_a_small_force_moves_the_tool_by_the_compliance_there(flexible):
         assert_allclose(moved, C[:3, k] * wrench[k], rtol=1e-5, atol=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["nist-octahedral", "eth-hexaglide", "ccu-3prs", "okuma-pm600"])
 def test_springs_a_million_times_as_stiff_leave_the_rigid_machine_at_rest(name):
     m = gk.load_machine(name)
@@ -184,6 +197,7 @@ def test_stiffness_and_mass_at_rest_are_symmetric_and_the_damping_proportional(n
     assert 0 < np.abs(geometric).max() < 1e-3 * np.abs(one.K).max()
 
 
+@pytest.mark.full
 def test_the_frequency_response_is_that_of_the_linearised_plant(nist):
     """Two ways: M, D, K here, and A, B, C of `gk.linearize`, which differentiates the tick's own rate."""
     m = nist.frictionless().flexible()
@@ -210,6 +224,16 @@ def test_a_tool_pushed_in_a_held_machine_answers_with_its_static_compliance():
     found = f.frequency_response(m.home, [0.5], source="tool")[0]
     # the motors of 3e11 kg follow by 1e-12 of it; at 0.5 Hz of 37 the answer is (0.5 / 37)^2 = 2e-4 larger
     assert_allclose(found.real, f.tool_compliance(m.home), rtol=1e-3, atol=1e-3 * np.abs(found).max())
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["nist-octahedral", "ifma-hsm"])
+def test_what_a_motor_does_to_the_tool_a_push_on_the_tool_does_to_the_encoder(name):
+    """Reciprocity, M, D and K being symmetric: from motor i to the tool along j as from there to encoder i."""
+    f = gk.load_machine(name).frictionless().flexible()
+    at = [5.0, 50.0, 500.0]
+    there, back = (f.frequency_response(f.home, at, *way) for way in (("motor", "tool"), ("tool", "encoder")))
+    assert_allclose(there, np.swapaxes(back, -1, -2), rtol=0, atol=1e-9 * np.abs(there).max())
 
 
 def test_held_modes_do_not_move_a_motor_and_free_ones_do(flexible):

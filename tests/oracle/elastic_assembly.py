@@ -125,7 +125,7 @@ RIGID = 1e5  # times the springs: for what an element must hold without giving w
 
 
 def hexapod(machine, x, R, base, strut, platform, masses=True):
-    """A hexapod with its motors locked: platform, and both parts of each strut with the spring `strut` N/m between them.
+    """A hexapod with its motors locked: platform, and both parts of each strut with the spring `strut` N/m between.
 
     base, platform (6, 3): translational stiffness of the joints in W and in T.  Without `masses` struts weigh nothing.
     """

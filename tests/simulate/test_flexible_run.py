@@ -174,3 +174,17 @@ def test_the_record_of_a_run_repeats_its_plant(slick):
     from gough.machine.sheet import machine_class
 
     assert machine_class("hexapod").from_file(log.info["plant"]["machine"]) == slick
+
+
+@pytest.mark.full
+def test_observers_and_supervision_of_the_rigid_machine_go_on_beside_a_flexible_plant(slick):
+    """An observer's wrench is that of the load; the encoders' check flags nothing; the trip knows its errors."""
+    push = np.array([0, 0, -400.0, 0, 0, 0])
+    plant = gk.Plant(machine=slick, flexible=True, wrench=push)
+    log = gk.simulate(
+        slick, LAW, gk.Line(to=[0.02, 0, 0], feed=0.02), plant=plant, observer=gk.DisturbanceObserver(bandwidth=5.0),
+        encoder_check=5e3, stop_ramp=2.0, ferror=2e-3,
+    )  # fmt: skip
+    assert log.status == "done" and not log["encoder_flag"].any()
+    # without friction nothing hides it; the observer believes the tool where the motors are, 1e-5 m off: 1e-5 of 9 kN
+    assert abs(np.median(log["wrench_hat"][-200:, 2]) + 400) < 1

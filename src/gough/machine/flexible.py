@@ -127,7 +127,7 @@ class FlexibleMachine(Machine):
 
     def __getattr__(self, name: str) -> Any:
         """What is not of the springs is the rigid machine's: its name, drive, friction, limits, joints."""
-        if name.startswith("_") or name in ("leg_ratio", "reaction_fields", "reactions_of"):
+        if name.startswith("_") or name in ("stiff", "leg_ratio", "reaction_fields", "reactions_of"):
             raise AttributeError(name)
         return getattr(self.stiff, name)
 
