@@ -154,7 +154,8 @@ def given_way(flexible, one, x) -> np.ndarray:
     v, vd = _unbent(flexible, np.broadcast_to(x, xd.shape), xd, xdd)
     f = np.array(_forces(Shape(flexible)).map(len(v))(flexible.theta, one.z, v.T, vd.T))
     f = f - f[:, -1:]
-    A = np.block([[one.K, one.J.T], [one.J, np.zeros((n, n))]])
+    size = np.abs(one.K).max()  # so that both sorts of rows count alike
+    A = np.block([[one.K, size * one.J.T], [size * one.J, np.zeros((n, n))]])
     bent = np.linalg.solve(A, np.concatenate([f, np.zeros((n, f.shape[1]))]))[:m]
     gives = (one.W.T @ bent)[:d]
     squares = gives[:, d : 2 * d]

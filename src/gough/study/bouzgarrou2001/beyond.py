@@ -24,7 +24,7 @@ from ...control.gravity_compensation import GravityCompensation
 from ...program.shaper import shaper_of
 from ...program.standard.line import Line
 from ..study import Tick, parts
-from .flexible import LEAD, WINDOW, Course, follow, loop_modes
+from .flexible import LEAD, Course, at_rest, follow, loop_modes
 from .rigid import GAINS
 from .setup import END, PERIOD, START, law
 
@@ -58,9 +58,7 @@ def feeds(frequency: float, damping: float) -> dict[str, Line]:
     out["jerk limited"] = line.replace(acceleration=A, profile="jerk_limited", jerk=A * frequency)
     for kind in ("zv", "zvd", "ei"):
         A = SPEED / (spare - shaper_of(kind, frequency, damping).delay)
-        out[kind] = line.replace(
-            acceleration=A, shaper=kind, shaper_frequency=frequency, shaper_damping=damping
-        )  # fmt: skip
+        out[kind] = line.replace(acceleration=A, shaper=kind, shaper_frequency=frequency, shaper_damping=damping)
     return out
 
 
@@ -81,13 +79,17 @@ def moved(course: Course) -> Moved:
     """What a run along the line came to."""
     end = LEAD + CYCLE
     on = (course.t >= LEAD) & (course.t <= end)
-    rest = course.tip[course.t > course.t[-1] - WINDOW].mean(0)
-    gap = np.linalg.norm(course.tip - rest, axis=1)
+    gap = from_rest(course)
     late = np.flatnonzero((gap > BAND) & (course.t > end))
     return Moved(
         course, float(np.linalg.norm(course.tip[on], axis=1).max()), float(gap[course.t > end].max()),
-        float(late[-1] * PERIOD + PERIOD - end) if len(late) else 0.0, float(np.linalg.norm(rest)),
+        float(late[-1] * PERIOD + PERIOD - end) if len(late) else 0.0, float(np.linalg.norm(at_rest(course))),
     )  # fmt: skip
+
+
+def from_rest(course: Course) -> np.ndarray:
+    """Distance m of the tip from where it comes to rest.  (n,)."""
+    return np.linalg.norm(course.tip - at_rest(course), axis=1)
 
 
 JOBS: dict[str, Callable[[Tick | None], Any]] = {"vibration": table}

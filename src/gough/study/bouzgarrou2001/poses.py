@@ -1,6 +1,6 @@
 """What the springs of the slides make of the machine at rest: frequencies, stiffness, sag; along the move and over XY.
 
-The map is the section z = 0 and z = 0.55 m of the workspace; the paper has none.
+The map, which the paper lacks: sections x = 0, over y and the ram, and z = 0, over x and y, of the workspace.
 """
 
 from __future__ import annotations
@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import KinematicsError
 from ...machine.workspace import random_poses
 from ..study import Tick
 from . import statics
 from .setup import END, START, machine
 
-RAM = (0.0, 0.55)  # m
-SIDE = 9  # places along x and y of a section
+SECTIONS = ((0, 1, 2), (2, 0, 1))  # the coordinate that is 0, and those along the axes of a section
+SIDE = 13  # places along each axis of a section
 PLACES = 20  # at which the algorithm of section 3.3 is tried
 
 
@@ -30,12 +31,13 @@ class Standing(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A section of the workspace at one z."""
+    """A section of the workspace, one coordinate 0."""
 
-    z: float
-    x: np.ndarray  # (k,) m
-    y: np.ndarray  # (k,) m
-    frequency: np.ndarray  # (k, k) Hz, rows by y
+    across: int  # which is along the first axis, and along the second
+    up: int
+    a: np.ndarray  # (k,) m along the first
+    b: np.ndarray  # (k,) m along the second
+    frequency: np.ndarray  # (k, k) Hz, rows by the second
     stiffness: np.ndarray  # (k, k) N/m, in the softest direction
     sag: np.ndarray  # (k, k) m, along y
 
@@ -64,24 +66,27 @@ def both_ends(tick: Tick | None) -> dict[str, Standing]:
 
 
 def sections(tick: Tick | None) -> list[Section]:
-    """The map, at RAM."""
+    """The map, at SECTIONS."""
     space, home = machine().limits.workspace, machine().home
-    middle = (home + space.middle)[:2]
-    x, y = (middle[i] + np.linspace(-0.5, 0.5, SIDE) * space.size[i] * 0.999 for i in (0, 1))
+    middle, half = home + space.middle, np.array([*space.size, space.height]) / 2
+    low, high = middle - 0.999 * half, middle + 0.999 * half
     out = []
-    for k, z in enumerate(RAM):
-        found = [[standing(np.array([a, b, z])) for a in x] for b in y]
-        columns = np.array([[[one.frequency, one.least, one.sag[1]] for one in row] for row in found])
-        out.append(Section(z, x, y, *np.moveaxis(columns, -1, 0)))
+    for k, (_, across, up) in enumerate(SECTIONS):
+        a, b = (np.linspace(low[i], high[i], SIDE) for i in (across, up))
+        columns = np.zeros((SIDE, SIDE, 3))
+        for i, j in np.ndindex(SIDE, SIDE):
+            x = np.zeros(3)
+            x[across], x[up] = a[j], b[i]
+            one = standing(x)
+            columns[i, j] = one.frequency, one.least, one.sag[1]
+        out.append(Section(across, up, a, b, *np.moveaxis(columns, -1, 0)))
         if tick is not None:
-            tick(k + 1, len(RAM))
+            tick(k + 1, len(SECTIONS))
     return out
 
 
 def iteration(tick: Tick | None) -> Statics:
     """The algorithm of section 3.3, printed and repaired."""
-    from ...errors import KinematicsError
-
     true = machine().flexible()
     places = [START, END, *random_poses(machine(), PLACES, np.random.default_rng(1))]
     found = [statics.algorithm(true, x) for x in places]
