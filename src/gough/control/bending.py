@@ -6,8 +6,8 @@ of the rigid machine, without what is on the motors' side, and the springs for j
     q_c = q(x) + c(x) f(x, x', x''),   J' f = M_r v' + h_r                                                          (1)
 
 c the compliance of the legs in series.  (What c' adds to the forces of a bent spring is left out: f c' / 2 of f, some
-1e-5.)  d of `shift` is the displacement from x to the place x_c with q(x_c) = q_c, by two Newton steps.  A hybrid machine
-with elastic slides has the polynomials of elastic_map.py, eqs. (1), (3) there.
+1e-5.)  d of `shift` is the displacement from x to the place x_c with q(x_c) = q_c, by two Newton steps.  A hybrid
+machine with elastic slides has the polynomials of elastic_map.py, eqs. (1), (3) there.
 
 docs/theory/flexible_control.md, section 1.
 """

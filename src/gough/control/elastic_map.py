@@ -6,7 +6,8 @@ place of the tool and x + d the place that the joints stand for,
     d = s(x) + B(x) x'' + sum of c_jk(x) x'_j x'_k,   j <= k                                                        (1)
 
 s by the exact statics (machine/equilibrium.py); B and c of first order about them: with A = [K J'; J 0] of
-machine/vibration.py, (1), at that rest, and f = M v' + h(v) - h(0) the forces of a motion in which no spring moves,
+machine/vibration.py, (1), at that rest, and f = M v' + h(v) - h(0) the forces of a motion in which no spring moves
+(mean of there and back: dampers are left out),
 
     displacement of the tool = -W' [1 0] A^-1 [f; 0]                                                                (2)
 
@@ -151,8 +152,11 @@ def given_way(flexible, one, x) -> np.ndarray:
     both = np.array([unit[j] + unit[k] for j, k in pairs(d)])
     xd = np.concatenate([none, unit, both, none[:1]])
     xdd = np.concatenate([unit, none, np.zeros_like(both), none[:1]])
-    v, vd = _unbent(flexible, np.broadcast_to(x, xd.shape), xd, xdd)
-    f = np.array(_forces(Shape(flexible)).map(len(v))(flexible.theta, one.z, v.T, vd.T))
+    forces = _forces(Shape(flexible)).map(2 * len(xd))
+    x = np.broadcast_to(x, (2 * len(xd), d))
+    v, vd = _unbent(flexible, x, np.concatenate([xd, -xd]), np.concatenate([xdd, xdd]))
+    f = np.array(forces(flexible.theta, one.z, v.T, vd.T))
+    f = (f[:, : len(xd)] + f[:, len(xd) :]) / 2  # without dampers that a bent loop moves
     f = f - f[:, -1:]
     size = np.abs(one.K).max()  # so that both sorts of rows count alike
     A = np.block([[one.K, size * one.J.T], [size * one.J, np.zeros((n, n))]])

@@ -8,10 +8,11 @@ every motion slow against the first mode: docs/theory/flexible_control.md, secti
 w fading in over `takeover`.  d' would ask for the jerk, of which a reference says nothing; so y follows d as a filter
 of two equal poles b = 2 pi bandwidth whose input runs ahead by its lag,
 
-    i = d + (2 / b) (d - d_) / Ts,   y'' = b^2 (i - y) - 2 b y'                                                     (2)
+    i = (d + d_) / 2 + (2 / b) (d - d_) / Ts,   y'' = b^2 (i - y) - 2 b y'                                          (2)
 
-d_ that of the sample before: of a steady d' nothing lags, of d'' 3 / b^2 of it.  (2) is solved exactly from sample to
-sample, with i held.  A step of the acceleration is a step of d that no joint can follow: give a bounded jerk.
+d_ that of the sample before: of a steady d' nothing lags, of d'' 1 / b^2 of it.  (2) is solved exactly from sample to
+sample, with i held, which is why i is that of the middle.  A step of the acceleration is a step of d that no joint can
+follow: give a bounded jerk.
 
 Bouzgarrou et al. 2001 name inversion with the flexible model as further work; this is its first order.
 """
@@ -67,7 +68,7 @@ class FlexibleFeedforward(Wrapping):
         return law.replace(bends=bends_of(law.machine, law.degree, True))
 
     def check_motion(self, motion, period):
-        """Refuse a motion on which d at rest leaves the exact statics, or that the machine cannot hold under gravity."""
+        """Refuse a motion on which d at rest is not the exact statics', or that the machine cannot hold."""
         super().check_motion(motion, period)
         check_places(self.machine, self.bends, motion, period, self.tolerance)
 
@@ -80,10 +81,10 @@ class FlexibleFeedforward(Wrapping):
         x, xd, xdd = (ca.SX(part) for part in (r.x, r.xd, r.xdd))
         d = shift(self.machine, self.bends, p.bends, x, xd, xdd)
         b, Ts = 2 * np.pi * p.bandwidth, p.period
-        ahead = d + 2 / b * (d - last) / Ts
-        # (2) over the sample that ends now: of e = y - i, e+ = (e (1 + b Ts) + e' Ts) exp(-b Ts)
+        ahead = (d + last) / 2 + 2 / b * (d - last) / Ts
+        # (2) over the sample that ends now: of e = y - i, e+ = (e (1 + b Ts) + e' Ts) exp(-b Ts); y'' is its mean
         e, fade = y - ahead, ca.exp(-b * Ts)
-        e_next = (e * (1 + b * Ts) + yd * Ts) * fade
+        y, before = ahead + (e * (1 + b * Ts) + yd * Ts) * fade, yd
         yd = (yd * (1 - b * Ts) - b * b * Ts * e) * fade
-        y, ydd = ahead + e_next, -b * b * e_next - 2 * b * yd
+        ydd = (yd - before) / Ts
         return shifted(self.machine, p.machine, r, *faded(weight, (y, yd, ydd))), Filter(y, yd, d)

@@ -46,7 +46,8 @@ def flexible_figures(found: Results) -> list[tuple[str, Any, str]]:
     for key in ("low", "high"):
         out.append((
             f"vibration_{key}", _swing(found, key),
-            f"{key.capitalize()} gains, computed torque: distance of the tip from where it comes to rest, behind a line "
+            f"{key.capitalize()} gains, computed torque: distance of the tip from where it comes to rest, behind a line"
+            " "
             f"of {beyond.CYCLE:g} s by five feeds.",
         ))  # fmt: skip
         out.append((

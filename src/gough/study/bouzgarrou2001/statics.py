@@ -105,7 +105,7 @@ def printed_gain(machine: FlexibleHybrid, x) -> float:
 
 
 def contraction(machine: FlexibleHybrid, x, step: float = 1e-3) -> float:
-    """|d sag / d x| at the place x (3,), by central differences of the exact statics: what a turn leaves of an error."""
+    """|d sag / d x| at x (3,), by central differences of the exact statics: what a turn leaves of an error."""
     columns = []
     for direction in np.eye(3):
         ahead, behind = (machine.settled_pose(x + sign * step * direction)[:3] for sign in (1, -1))
