@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import gough as gk
 from gough.control.base import Measurement
 from gough.control.computed_torque import State
-from gough.kernel.pack import flatten
+from gough.kernel.pack import flatten, symbols
 from gough.machine.workspace import random_poses
 from gough.observe.forward import Pose
 from gough.simulate import stability, tick
@@ -28,7 +28,7 @@ def hsm():
 def test_computed_torque_on_the_slides_is_that_of_the_paper(hsm):
     """u = M_S (s_d'' + K_D (s_d' - s') + K_P (s_d - s) + K_I int) + C_S s' + G_S, C_S repaired, by their blocks."""
     law, paper, rng = gk.ComputedTorque(error_gains=GAINS).on(hsm, PERIOD), Partitioned(hsm), np.random.default_rng(7)
-    theta = ca.SX.sym("theta", len(law.theta))
+    forces = forces_of(law, hsm)
     K_D, K_P, K_I = GAINS
     for x in random_poses(hsm, 20, rng):
         xd, xdd = rng.normal(size=3), rng.normal(size=3) * 10
@@ -38,14 +38,22 @@ def test_computed_torque_on_the_slides_is_that_of_the_paper(hsm):
         before = s - PERIOD * (sd_d + rng.normal(size=3) * 0.1)
         now, then = (hsm.coordinates(hsm.forward_kinematics(q)) for q in (s, before))
         integral = rng.normal(size=3) * 1e-4
-        command, _ = law.step(State(Pose(then), integral, np.zeros(3)), row, Measurement(s, np.zeros(3)), theta)
-        u = np.array(ca.Function("u", [theta], [ca.SX(command.u)])(law.theta)).ravel()
+        u = forces(State(Pose(then), integral, np.zeros(3)), row, Measurement(s, np.zeros(3)))
         v = (now[:3] - then[:3]) / PERIOD
         reduced = paper.at(now, v)
         u_0 = reduced.M @ (sdd_d + K_D * (sd_d - v) + K_P * (s_d - now[:3]) + K_I * integral)  # their (8)
         expected = u_0 + reduced.C @ v + reduced.G  # (7)
         # the pose after two Newton steps from 0.2 mm away is right to 1e-12 m; over a sample, K_D and M: 1e-3 N
         assert_allclose(u, expected, rtol=1e-9, atol=1e-2)
+
+
+def forces_of(law, machine):
+    """(state, reference, measurement) -> u, by CasADi's interpreter."""
+    theta, rest = ca.SX.sym("theta", len(law.theta)), tick.rest_row(machine, machine.home)
+    trees = [symbols(tree) for tree in (law.init(rest, np.zeros(3)), rest, Measurement(rest.q, np.zeros(3)))]
+    command, _ = law.step(*trees, theta)
+    f = ca.Function("u", [*(ca.SX(flatten(tree)) for tree in trees), theta], [ca.SX(command.u)])
+    return lambda *values: np.array(f(*(flatten(value) for value in values), law.theta)).ravel()
 
 
 @pytest.mark.parametrize("place", [[0.0, 1.2, 0.0], [-0.315, 1.83, 0.55]], ids=["start", "end"])

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import gough as gk
 from gough.machine.hybrid_parts import stands
 from gough.machine.sheet import load_machine
-from gough.machine.workspace import check_poses, margins, random_poses
+from gough.machine.workspace import check_poses, margin_names, margins, random_poses
 from gough.mechanics import constrained
 from gough.simulate import tick
 
@@ -81,6 +81,17 @@ def test_the_whole_workspace_is_within_all_limits(hsm):
     check_poses(hsm, corners)
     assert (margins(hsm, hsm.coordinates(corners)) >= 0).all()
     assert (margins(hsm, hsm.coordinates(np.array([START, END]))) > 0).all()
+
+
+def test_a_workspace_beside_home_is_left_where_its_own_middle_says(hsm):
+    """Half of 0.85 m above 1.2 + 0.275 m is 1.9 m: a millimetre more is outside, and is said so."""
+    names = margin_names(hsm)
+    inside, outside = margins(hsm, hsm.coordinates([[0.0, 1.9, 0.25], [0.0, 1.901, 0.25]]))
+    assert (inside >= 0).all()
+    assert [names[k] for k in np.flatnonzero(outside < 0)] == ["beyond the width of the workspace"]
+    assert outside.min() == pytest.approx(-1e-3, abs=1e-8)  # the edge itself is 1e-9 m wide
+    x = random_poses(hsm, 2000, np.random.default_rng(8))
+    assert_allclose([x.min(0), x.max(0)], [[-0.35, 1.05, -0.1], [0.35, 1.9, 0.6]], rtol=0, atol=0.005)
 
 
 # -- what it needs ----------------------------------------------------------------------------------------------

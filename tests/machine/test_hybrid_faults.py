@@ -33,7 +33,7 @@ def test_the_first_row_out_of_reach_is_named_with_its_place(hsm):
     ("tip", "text"),
     [
         ([0.0, 1.2, 0.7], r"ram: beyond the end of its travel, got 0\.7 m \(limit 0\.65 m\)"),
-        ([0.0, 1.2, -0.1], r"ram: beyond the start of its travel, got -0\.1 m \(limit -0\.06 m\)"),
+        ([0.0, 1.2, -0.2], r"ram: beyond the start of its travel, got -0\.2 m \(limit -0\.12 m\)"),
         ([0.0, 2.4, 0.0], r"slide 1: beyond the end of its travel, got 2\.4 m \(limit 2\.2 m\)"),
         ([-0.5, 1.9, 0.0], r"slide 6: beyond the end of its travel, got 2\.\d+ m \(limit 2\.2 m\)"),
         ([0.5, 0.9, 0.0], r"slide 6: beyond the start of its travel, got 0\.\d+ m \(limit 0\.7 m\)"),

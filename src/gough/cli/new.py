@@ -101,7 +101,7 @@ cone      = "45 deg"             # greatest angle of a joint from its direction 
 # condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
-#     or a box: size = ["0.3 m", "0.3 m"] instead of radius
+#     or a box: size = ["0.3 m", "0.3 m"] instead of radius; beside home: middle = ["0 m", "0.1 m", "0 m"], from it
 
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"
@@ -132,7 +132,7 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
 # "joints.friction" = "none"     # the machine has it, this one has not
 # friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
-# payload = "20 kg"              # carried by the platform, at
+# payload = "20 kg"              # a point mass that the tool carries, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # offset  = { unit = "um", value = [0, 0, 10] }              # of the tool from its first place at the start, in W
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
@@ -159,11 +159,11 @@ feed   = "3 m/min"
 
 [[controller]]
 kind      = "pid"                # cascade of each joint, as machine tools ship it
-bandwidth = "10 Hz"
+bandwidth = "10 Hz"              # or poles = ["20 1/s", "80 1/s", "200 1/s"] of a joint, not too near one another
 
 [[controller]]
 kind      = "computed_torque"    # inverse dynamics and PID on the tool's pose
-bandwidth = "10 Hz"
+bandwidth = "10 Hz"              # or poles; or error_gains = ["400 1/s", "5e4 1/s2", "2e6 1/s3"]
 
 # [[controller]]
 # kind    = "robust_adaptive"    # learns masses, drives and friction; or "fuzzy_friction", friction without a model

@@ -61,11 +61,10 @@ class ComputedTorque(Controller):
     @model_validator(mode="after")
     def _one_of_three(self):
         given = [name for name in ("bandwidth", "poles", "error_gains") if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise InputError(
-                "give either bandwidth or poles" if not given else f"give one of {' and '.join(given)}",
-                key="bandwidth", cure='write bandwidth = "16 Hz"',
-            )  # fmt: skip
+        if not given:
+            raise InputError("is missing", key="bandwidth", cure='write bandwidth = "16 Hz", or give three poles')
+        if len(given) > 1:
+            raise InputError(f"give one of {' and '.join(given)}", key="bandwidth", cure="take the others out")
         if self.error_gains is not None:
             K_D, K_P, K_I = self.error_gains
             if K_D * K_P <= K_I:

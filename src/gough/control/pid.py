@@ -68,8 +68,10 @@ class PID(Controller):
 
     @model_validator(mode="after")
     def _tuned(self):
-        if (self.bandwidth is None) == (self.poles is None):
-            raise InputError("give either bandwidth or poles", key="bandwidth", cure='write bandwidth = "10 Hz"')
+        if self.bandwidth is None and self.poles is None:
+            raise InputError("is missing", key="bandwidth", cure='write bandwidth = "10 Hz", or give three poles')
+        if self.bandwidth is not None and self.poles is not None:
+            raise InputError("give either bandwidth or poles", key="bandwidth", cure="take one of them out")
         if self.poles is not None:
             K_D, K_P, K_I = error_gains(self.poles)
             if K_P**2 < 4 * K_D * K_I:
