@@ -110,6 +110,12 @@ def test_what_only_a_rigid_machine_has_is_refused(flexible):
         flexible.rigid.flexible(measured="tool")
     with pytest.raises(ExperimentError, match="direction has three numbers"):
         flexible.static_stiffness(flexible.home, [0, 0, 0])
+    with pytest.raises(ExperimentError, match="direction must be finite"):
+        flexible.static_stiffness(flexible.home, [0, np.nan, 1])
+    with pytest.raises(ExperimentError, match="rest is of one pose at a time"):
+        flexible.at_rest(np.zeros((2, 6)))
+    with pytest.raises(ExperimentError, match="wrench must be finite"):
+        flexible.modes(flexible.home, wrench=[np.inf] * 6)
     with pytest.raises(ExperimentError, match="numbers above 0"):
         flexible.frequency_response(flexible.home, [0.0, 1.0])
 

@@ -82,10 +82,13 @@ def test_struts_with_mass_lose_little_by_condensation_in_the_low_modes(nist):
 
 
 def test_a_hexaglide_on_guides_with_levers_is_condensed_exactly():
-    guide, center = np.diag([1e9, 8e8, 6e8, 4e6, 3e6, 5e6]), np.array([0.02, 0.05, 0.1])
+    scale, mixed = np.sqrt([1e9, 8e8, 6e8, 4e6, 3e6, 5e6]), np.random.default_rng(5).normal(size=(6, 6))
+    guide = np.outer(scale, scale) * (np.eye(6) + 0.1 * (mixed + mixed.T))  # coupled, so that a lever's sign is seen
+    center = np.array([0.02, 0.05, 0.1])
+    blocks = {"translation": guide[:3, :3], "coupling": guide[:3, 3:], "rotation": guide[3:, 3:]}
     joints = [
         {"joint": "legs", "stiffness": 1.5e8},
-        {"joint": "guides", "stiffness": np.diag(guide), "center": center},
+        {"joint": "guides", **blocks, "center": center},
         {"joint": "carriage joints", "stiffness": [3e8, 4e8, 5e8]},
     ]
     m = gk.load_machine("eth-hexaglide").replace(gravity=[0, 0, 0.0], compliance=joints)

@@ -85,6 +85,8 @@ def test_steps_that_cannot_follow_the_springs_are_refused():
     assert 7000 < fastest_pole(m.flexible()) < 7500  # sqrt(1.2e9 N/m / 40 kg) and the links' share
     with pytest.raises(ExperimentError, match="2 sub-steps of 0.5 ms cannot follow the plant's fastest pole"):
         choose_substeps(m.flexible(), 1e-3, 2)
+    with pytest.raises(ExperimentError, match="asks for more sub-steps than a run takes"):
+        choose_substeps(m.flexible(stiffness=1e6), 1e-3)
 
 
 @pytest.mark.full

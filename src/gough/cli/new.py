@@ -103,6 +103,13 @@ cone      = "45 deg"             # greatest angle of a joint from its direction 
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
 #     or a box: size = ["0.3 m", "0.3 m"] instead of radius; beside home: middle = ["0 m", "0.1 m", "0 m"], from it
 
+# [[compliance]]                 # joints that give way, one table each: in a [plant] with flexible = true
+# joint     = "struts"           # or "strut 3"; drives, base joints, platform joints; docs/flexible.md
+# stiffness = "400 N/um"         # of joints also three or six numbers; a full 6 x 6 is translation, rotation, coupling
+# damping_ratio = 0.02           # at
+# frequency     = "40 Hz"        # or damping = "2e4 N s/m", or beta = "0.1 ms": D = beta K
+# center        = ["0 m", "0 m", "50 mm"]     # of joints: the spring's place from the joint
+
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"
 acceleration         = "2 m/s2"
@@ -132,6 +139,9 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
 # "joints.friction" = "none"     # the machine has it, this one has not
 # friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
+# flexible = true                # the joints of the sheet's [[compliance]] give way,
+# stiffness = 0.8                # so many times as stiff as it says;
+# measured = "joint"             # encoders behind the springs, as direct scales; else at the "motor"
 # payload = "20 kg"              # a point mass that the tool carries, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # offset  = { unit = "um", value = [0, 0, 10] }              # of the tool from its first place at the start, in W

@@ -23,8 +23,9 @@ import numpy as np
 
 from .. import frames
 from ..declare import Shape
-from ..errors import KinematicsError, RunError
+from ..errors import ExperimentError, KinematicsError, RunError
 from ..kernel.building import BUILDING
+from .arrays import column
 from .workspace import beyond
 
 STEPS = 40
@@ -41,16 +42,15 @@ def at_rest(machine, x, wrench=None, check: bool = True) -> tuple[np.ndarray, np
     WorkspaceError, SingularityError
         the machine sags beyond its limits.
     """
+    x, w = _given(machine, x, wrench)
     q = machine.rigid.inverse_kinematics(x)
-    w = np.zeros(6) if wrench is None else np.asarray(wrench, float)
     u0 = machine.rigid.inverse_dynamics(x, *np.zeros((2, len(machine.task))), w)
     z, u = solved(machine, machine.coordinates(x), u0, q, w)
     if check:
         margins = np.array(_functions(Shape(machine))["margins"](machine.theta, z)).ravel()
         worst = int(np.argmin(np.where(np.isfinite(margins), margins, -np.inf)))
         if not margins[worst] >= 0:
-            error = beyond(machine, worst, float(margins[worst]), "at rest under gravity and load")
-            raise error
+            raise beyond(machine, worst, float(margins[worst]), "at rest under gravity and load")
     return z, u
 
 
@@ -64,8 +64,7 @@ def targets(machine, x, wrench=None) -> np.ndarray:
     WorkspaceError, SingularityError
         the target is unreachable under gravity: the joints would have to leave their limits.
     """
-    w = np.zeros(6) if wrench is None else np.asarray(wrench, float)
-    x = np.asarray(x, float)
+    x, w = _given(machine, x, wrench)
     u0 = machine.rigid.inverse_dynamics(x, *np.zeros((2, len(x))), w)
     z, _ = solved(machine, machine.coordinates(x), u0, x, w, "target")
     q = np.array(_functions(Shape(machine))["readings"](machine.theta, z)).ravel()
@@ -130,6 +129,22 @@ def solved(machine, z, u, q, w, system: str = "system") -> tuple[np.ndarray, np.
             value=f"least stiffness {least:.3g} N/m or N m/rad with the joints held", cure=_CURE,
         )  # fmt: skip
     return z, u
+
+
+def _given(machine, x, wrench) -> tuple[np.ndarray, np.ndarray]:
+    """One pose and one wrench as finite numbers.
+
+    Raises
+    ------
+    ExperimentError
+        other shapes, or what is no number.
+    """
+    x = column(x, len(machine.task), "pose")
+    w = np.zeros(6) if wrench is None else column(wrench, 6, "wrench")
+    for name, value in (("pose", x), ("wrench", w)):
+        if value.ndim != 1:
+            raise ExperimentError(f"rest is of one {name} at a time", key=name, value=f"shape {value.shape}")
+    return x, w
 
 
 def pose_of(machine, z) -> np.ndarray:

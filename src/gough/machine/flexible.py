@@ -17,6 +17,7 @@ from ..errors import ExperimentError, InputError, Problem, did_you_mean
 from ..mechanics.compliance import Compliance
 from ..quantities import brief
 from . import equilibrium, vibration
+from .arrays import column
 from .base import Machine
 
 
@@ -162,27 +163,30 @@ class FlexibleMachine(Machine):
         return equilibrium.targets(self, x, wrench)
 
     def tool_compliance(self, x, wrench=None) -> np.ndarray:
-        """[displacement m; turn rad] of the tool tip by [f N; m N m] on it, in W, with the joints held.  (6, 6)."""
+        """[displacement m; turn rad] of the tool tip by [f N; m N m] on it, in W, the motors locked.  (6, 6)."""
         return vibration.tool_compliance(self, x, wrench)
 
     def static_stiffness(self, x, direction=None, wrench=None) -> Any:
-        """Stiffness at the tool tip with the joints held, at rest at the pose x (d,), N/m.
+        """Stiffness at the tool tip with the motors locked, at rest at the pose x (d,), N/m.
 
         Along `direction` (3,) in W: a force there by what the tip gives way along it; along x, y and z (3,) without.
         inf where nothing gives way.
         """
+        ways = np.eye(3)
+        if direction is not None:
+            way = column(direction, 3, "direction")
+            if way.ndim != 1 or not way.any():
+                raise ExperimentError(
+                    "a direction has three numbers, not all 0", key="direction", value=brief(direction)
+                )
+            ways = way[None] / np.linalg.norm(way)
         C = self.tool_compliance(x, wrench)[:3, :3]
-        ways = np.eye(3) if direction is None else np.atleast_2d(np.asarray(direction, float))
-        size = np.linalg.norm(ways, axis=-1, keepdims=True)
-        if ways.shape[-1] != 3 or len(ways) not in (1, 3) or not (np.isfinite(size) & (size > 0)).all():
-            raise ExperimentError("a direction has three numbers, not all 0", key="direction", value=brief(direction))
-        ways = ways / size
         with np.errstate(divide="ignore"):
             found = 1 / np.einsum("ki,ij,kj->k", ways, C, ways)
         return found if direction is None else float(found[0])
 
     def modes(self, x, held: bool = True, wrench=None) -> vibration.Modes:
-        """Natural frequencies, damping and shapes at rest at the pose x (d,); the joints held, or free."""
+        """Natural frequencies, damping and shapes at rest at the pose x (d,); the motors locked, or free."""
         return vibration.modes(self, x, held, wrench)
 
     def frequency_response(self, x, frequencies, source: str = "motor", to: str = "tool", wrench=None) -> np.ndarray:

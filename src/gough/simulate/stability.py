@@ -35,6 +35,7 @@ from .notes import LawWarning, Notes, StabilityWarning
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
 POSES = 30  # of the workspace, for the largest loads; they vary by a factor of three or so
+MOST = 10_000  # sub-steps a sample, as in the [run] table
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
 
@@ -141,7 +142,7 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
     ------
     ExperimentError
         if the given number cannot be stable, with the number that is; if friction jams the struts, or the tubes leave
-        their sleeves.
+        their sleeves; if the pole asks for more than MOST.
     """
     try:
         check_loads(machine)
@@ -161,6 +162,12 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
     # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
     needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (stable / 3)))
     if given is None:
+        if needed > MOST:
+            raise ExperimentError(
+                f"{grown}the plant's fastest pole asks for more sub-steps than a run takes", key="run.period",
+                value=f"{pole:.3g} 1/s: {needed} sub-steps of a sample of {period * 1e3:g} ms", limit=f"{MOST}",
+                cure="lower what sets it: stiffness and damping of friction or springs",
+            )  # fmt: skip
         return needed
     h = period / given
     if pole * h >= stable:
