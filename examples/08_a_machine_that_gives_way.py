@@ -1,4 +1,4 @@
-"""A machine that sags by 0.35 mm and swings at 29 Hz: where its tool is, by three laws and two feeds of one duration."""
+"""A machine that sags by 0.35 mm and swings at 29 Hz: where its tool is, by three laws and two feeds of one time."""
 
 import numpy as np
 

@@ -29,7 +29,7 @@ from gough.program import Line
 from gough.simulate import tick
 
 END = np.array([-0.315, 1.83, 0.55])
-LEGGED = ["nist-octahedral", "eth-hexaglide", "ccu-3prs"]
+LEGGED = ["nist-octahedral", *(pytest.param(name, marks=pytest.mark.full) for name in ("eth-hexaglide", "ccu-3prs"))]
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+import gough as gk
 from gough.errors import ExperimentError
 from gough.program import Fourier, Line, Polyline
 from gough.program.blocks import Block, Rest
@@ -176,14 +177,14 @@ def test_the_jerk_time_that_is_a_period_of_the_mode_leaves_it_at_rest():
     a = 10.0
     still = cells_of([0.4], 1.0, a, a * F)
     other = cells_of([0.4], 1.0, a, 2 * a * F)
-    t = np.arange(0, 1.2, 1e-5)
+    t = np.arange(0, 0.8, 4e-5)
 
     def left(cells):
         phases = jerk_limited(cells).phases
-        at = t + 5e-6
+        at = t + 2e-5
         return shaken(t, np.where(at < phases.times[-1], phases.at(phases.find(at), at)[2], 0.0), F)
 
-    assert left(still) < 2e-3 * a  # steps of 10 us: 2 pi F 10 us of the ramp's error
+    assert left(still) < 1e-3 * a  # a ramp in steps of 40 us, (2 pi F 40 us)^2 / 12 = 1e-5 at each of its eight ends
     assert left(other) > 0.1 * a
 
 
@@ -233,3 +234,17 @@ def test_a_line_of_uniform_limits_is_not_slowed_by_its_shaper():
     made = shaper_of("zvd", F)
     plain, feed = Feed(path, LIMITS), Feed(path, LIMITS, shaper=made)
     assert feed.duration == pytest.approx(plain.duration + made.delay, abs=1e-15)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("profile", ["trapezoid", "jerk_limited"])
+def test_a_shaped_feed_within_the_limits_of_the_joints_keeps_them(profile):
+    m = gk.load_machine("nist-octahedral")
+    limits = {"limits.speed": 0.15, "limits.acceleration": 1.5}
+    m = m.replace(**limits)
+    way = Polyline(points=np.array([[0, 0, 0], [0.1, 0.02, 0.0], [0.1, 0.1, 0.03]]), feed=0.3, acceleration=5.0)
+    program = way.replace(profile=profile, jerk=200.0, shaper="zvd", shaper_frequency=30.0, joint_limits=True)
+    row = program.sample(2.5e-4, m)
+    assert np.abs(row.qd).max() <= 0.15 * (1 + 1e-6)
+    assert np.abs(row.qdd).max() <= 1.5 * (1 + 1e-6)
+    assert max(np.abs(row.qd).max() / 0.15, np.abs(row.qdd).max() / 1.5) > 0.5  # and they bind
