@@ -8,6 +8,8 @@ import pytest
 
 import gough as gk
 from gough.control.base import Measurement
+from gough.control.flexible_feedforward import FlexibleFeedforward
+from gough.control.gravity_compensation import GravityCompensation
 from gough.kernel.pack import flatten, names, symbols, unflatten
 from gough.machine.drives import force_limit
 from gough.simulate import tick
@@ -37,6 +39,8 @@ LAWS = {
     "desired torque at three rates": gk.DesiredTorqueAdaptive(
         pole=200.0, observer="euler", model_period=2e-3, adaptation_period=6e-3, physical=True
     ),
+    "gravity compensation": GravityCompensation(law=gk.ComputedTorque(bandwidth=16.0), degree=2),
+    "flexible feedforward": FlexibleFeedforward(law=gk.DesiredTorqueAdaptive(pole=100.0), degree=2),
 }
 # what waits while a drive is saturated, and a number that may change
 LEARNED = {
@@ -55,7 +59,10 @@ NUMBER = {
     "equivalent_error": {"strength": 100.0},
     "axis_pd": {"stiffness": 7e6},
     "desired_torque_adaptive": {"pole": 70.0},
+    "gravity_compensation": {"law.bandwidth": 7.0},
+    "flexible_feedforward": {"law.pole": 70.0},
 }
+WRAPPING = ("gravity_compensation", "flexible_feedforward")
 PERIOD = 1e-3
 # quick: every law on one machine, and one law on every machine
 pytestmark = pytest.mark.quick("*-nist-octahedral", "computed torque-*")
@@ -123,6 +130,8 @@ def test_other_forces_at_rest_are_taken_over_too(law, machine, rest, sample):
 
 
 def test_at_rest_nothing_moves(law, machine, rest, sample):
+    if law.kind in WRAPPING:
+        pytest.skip("moves the joints to where the tool, bent by gravity, stands right")
     r, u0 = rest
     state = law.init(r, u0)
     for _ in range(3):
@@ -178,6 +187,8 @@ def test_numbers_are_told_apart_from_equations(law):
 @pytest.mark.quick("pid-nist-octahedral", "computed torque-nist-octahedral")
 def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
+    if law.kind in WRAPPING:
+        pytest.skip("is off by the sag where nothing sags: runs on flexible plants are in tests/control")
     circle = gk.Circle(radius=0.05, feed=0.05)
     free = free_law(request.node.callspec.params["law"], machine)
     known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be

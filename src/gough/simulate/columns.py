@@ -120,7 +120,7 @@ def told(law, name: str) -> tuple:
         return leaning.VARIABLES[name][1:]
     if name in joints.FORCES:
         return joints.FORCES[name][1]
-    said = law.states.get(name.removeprefix("controller."))
+    said = law.state_told(name.removeprefix("controller."))
     return (None, "", "") if said is None else ((said[0],), said[1], said[2])
 
 

@@ -71,7 +71,7 @@ class Loop:
     def __init__(self, machine, law, period: float, substeps: int, x):
         self.machine = machine.frictionless().with_perfect_drives()
         if law.machine is not None and law.machine.friction is not None:
-            law = law.replace(machine=scaled(law.machine, NOTHING))
+            law = law.believing(scaled(law.machine, NOTHING))
         self.law, self.x, self.rest = law, x, tick.rest_row(self.machine, x)
         z, u0 = self.machine.at_rest(x)
         self.state = law.init(self.rest, u0)
@@ -130,6 +130,6 @@ class Loop:
         """Which states adaptation moves.  (s,) bool."""
         found, start = np.zeros(sum(value.size for value in self.states.values()), bool), self.rows["law"].start
         for name, where in fields(self.state).items():
-            if name.partition(".")[0] in self.law.adapted:
+            if self.law.learns(name):
                 found[start + where.start : start + where.stop] = True
         return found

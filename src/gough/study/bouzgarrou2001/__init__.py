@@ -1,4 +1,4 @@
-"""Bouzgarrou, Ray, Gogu and Thuilot, 2001: a high-speed machine with a parallel XY stage, rigid, done again."""
+"""Bouzgarrou, Ray, Gogu, Thuilot, 2001: a high-speed machine with a parallel XY stage, rigid and flexible."""
 
 from __future__ import annotations
 

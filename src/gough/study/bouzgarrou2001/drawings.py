@@ -1,4 +1,4 @@
-"""Figures 4 to 8 of the paper as far as the rigid machine goes: the move, errors of s21 and of the tip's height."""
+"""Figures 4 to 8 of the paper on the rigid machine, and those of flexible_drawings.py: all of the study's."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...report import style
 from ...report.prepare import thin
 from ..study import Figure
 from .experiments import Results
+from .flexible_drawings import flexible_figures
 from .setup import END, START, move
 
 DPI, MM = 150, 1e-3
@@ -33,6 +34,7 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
             f"figure_{tips}_rigid", _errors(found, key, "y"),
             f"Figure {tips}, {key} gains: the same of the tip along y.",
         ))  # fmt: skip
+    drawn += flexible_figures(found)
     out = []
     for name, ax, caption in drawn:
         write_atomic(folder / f"{name}.png", lambda file, f=ax.figure: f.savefig(file, dpi=DPI, format="png"))

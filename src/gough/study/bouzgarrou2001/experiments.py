@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..study import Experiment, Tick
-from . import checks, continuous, rigid
+from . import beyond, checks, continuous, flexible, poses, rigid
 from .setup import HIGH, LOW, machine
 
 
@@ -24,6 +24,9 @@ JOBS: dict[str, Callable[[Tick | None], Any]] = {
     **rigid.JOBS,
     "rigid, continuous time": in_continuous_time,
     "elimination": checks.elimination,
+    **poses.JOBS,
+    **flexible.JOBS,
+    **beyond.JOBS,
 }
 EXPERIMENTS = [Experiment(label, work) for label, work in JOBS.items()]
 
@@ -38,3 +41,10 @@ class Results:
         self.other_side: dict[str, rigid.Course] = self.of["rigid, arm 1 on the other side"]
         self.continuous: dict[tuple[str, str], continuous.Errors] = self.of["rigid, continuous time"]
         self.elimination: checks.Elimination = self.of["elimination"]
+        self.ends: dict[str, poses.Standing] = self.of["flexible, at both ends"]
+        self.sections: list[poses.Section] = self.of["flexible, map"]
+        self.statics: poses.Statics = self.of["flexible, static algorithm"]
+        self.flexible: dict[tuple[str, str], rigid.Course] = self.of["flexible"]
+        self.compensated: dict[tuple[str, str, str], rigid.Course] = self.of["flexible, gravity compensated"]
+        self.modes: dict[tuple[str, str], flexible.Mode] = self.of["flexible, modes of the loop"]
+        self.vibration: dict[tuple[str, str, str], beyond.Moved] = self.of["vibration"]
