@@ -17,10 +17,12 @@ import casadi as ca
 import numpy as np
 
 from .. import frames
+from ..errors import ExperimentError
 from ..machine.arrays import row_function
 from ..machine.base import Machine
 from ..machine.drives import force_limit
 from ..machine.workspace import random_poses, workspace_of
+from . import joint_torque
 from .base import base_parameters, sizes
 from .rows import Rows, friction_columns, loaded_kinds, normal_forces, rows_of_motion
 
@@ -77,6 +79,8 @@ def structural(machine: Machine, friction=("coulomb", "viscous")):
 
 def design_of(machine: Machine, sought: np.ndarray | None = None, friction=("coulomb", "viscous")) -> Design:
     """The row function of a machine for the base columns of what is `sought` (p,) bool (default: all)."""
+    if joint_torque.KIND in friction:
+        raise ExperimentError("no motion is designed for torques of base joints", key="friction")
     found, size, rows = structural(machine, friction)
     if sought is not None:
         flat = rows.Y.reshape(-1, len(size)) * np.where(sought, size, 0.0)
