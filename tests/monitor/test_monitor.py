@@ -113,6 +113,17 @@ def test_a_blow_is_a_collision_within_10_ms_and_a_cut_is_none(ideal):
     assert blow.peak == pytest.approx(3000, abs=150)
 
 
+def test_a_record_that_begins_under_a_load_does_not_begin_with_a_collision(ideal):
+    n = 2000
+    force = np.zeros((n, 6))
+    force[:, 0], force[1000:, 2] = 2000.0, 3000.0
+    watch = gk.monitor(as_log(ideal, circle(ideal, n, 0.05, 1.0, force)), ideal, collision=700.0, alarm=1000.0)
+    (blow,) = watch.of("collision")
+    assert 0 < blow.start - 1.0 <= 0.010
+    (alarm,) = watch.of("alarm")
+    assert alarm.start == pytest.approx(0.043, abs=0.002), "from the first sample that is looked at"
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["okuma-pm600", "eth-hexaglide"])
 def test_a_sound_machine_in_air_gives_no_event(name):

@@ -192,7 +192,10 @@ def reproduce(
 
 @app.command(rich_help_panel="Simulate")
 def identify(
-    log: Annotated[Path, typer.Argument(help="A log with q_m and u, or a recorded one: .csv, .parquet, .mat, .nc.")],
+    log: Annotated[
+        list[Path],
+        typer.Argument(help="Logs with q_m and u, or recorded ones: .csv, .parquet, .mat, .nc; taken together."),
+    ],
     machine: Annotated[
         str, typer.Option("--machine", "-m", help="The library machine or data sheet (.toml) that was logged.")
     ],

@@ -1,4 +1,4 @@
-"""gough identify: what a log says of a machine's parameters, as a table or as JSON."""
+"""gough identify: what logs say of a machine's parameters, as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..files import write_atomic
 from ..identify.compare import compare, text
 from ..identify.figure import check_name, save
 from ..identify.fit import identify
-from ..identify.rows import rows_of_log
+from ..identify.rows import joined, rows_of_log
 from ..identify.signals import CUTOFF
 from ..log.outside import load_map
 from ..log.outside.whole import read
@@ -23,7 +23,7 @@ FRICTION = ("coulomb", "viscous")  # kinds estimated where nobody says
 
 
 def identify_log(
-    log: Path,
+    logs: Sequence[Path],
     machine: str,
     map_file: Path | None,
     free: Sequence[str] | None,
@@ -55,15 +55,23 @@ def identify_log(
     sought = None if not free else [word for text in free for word in _words(text)]
     kinds = () if friction == "none" else friction if friction == "known" else _words(friction)
     low = None if cutoff == "none" else to_si(cutoff, "Hz")
-    record = read(log, believed, mapping)
-    fit = identify(record, believed, sought, friction=kinds, cutoff=low)
-    outcome.data.update(machine=fit.machine.name, log=str(log), cutoff=low, friction=friction, **fit.to_json())
+    records = [read(log, believed, mapping) for log in logs]
+    fit = identify(records, believed, sought, friction=kinds, cutoff=low)
+    outcome.data.update(
+        machine=fit.machine.name,
+        log=str(logs[0]),
+        logs=list(map(str, logs)),
+        cutoff=low,
+        friction=friction,
+        **fit.to_json(),
+    )
     outcome.data["rows_of"] = of = max(1, round(fit.estimate.rows.samples / len(fit.estimate.rows.u)))
     told = f"{fit}\n{'no filter' if low is None else f'low-pass {low:g} Hz'}, then means of {of} samples"
     if not quiet and not outcome.as_json:
         outcome.say(told)
     if compared:
-        laws = compare(rows_of_log(record, believed, ("coulomb", "viscous"), low))
+        parts = [rows_of_log(record, believed, ("coulomb", "viscous"), low) for record in records]
+        laws = compare(joined(parts))
         outcome.data["friction_laws"] = [one.to_json() for one in laws]
         told += f"\n\n{text(laws)}"
         if not quiet and not outcome.as_json:

@@ -237,7 +237,7 @@ factor  = "0.6 N m"              # what 1 A makes: the motor's torque constant; 
 
 # [identify]                     # what gough identify takes where the command says nothing
 # cutoff   = "20 Hz"
-# friction = ["coulomb", "viscous"]
+# friction = ["coulomb", "viscous"]     # also "offset"; "base_torque" of a hexapod
 """
 
 TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT, "map": MAP}

@@ -17,11 +17,13 @@ import casadi as ca
 import numpy as np
 
 from .. import frames
+from ..errors import ExperimentError
 from ..kernel.building import BUILDING
 from ..machine.arrays import row_function
 from ..machine.base import Machine
 from ..machine.drives import force_limit
 from ..machine.workspace import random_poses, workspace_of
+from . import joint_torque
 from .base import base_parameters, sizes
 from .rows import Rows, friction_columns, loaded_kinds, normal_forces, rows_of_motion
 
@@ -91,6 +93,8 @@ def design_of(
 
 
 def _design(machine, sought, friction, tool_speed: float) -> Design:
+    if joint_torque.KIND in friction:
+        raise ExperimentError("no motion is designed for torques of base joints", key="friction")
     found, size, rows = structural(machine, friction)
     if sought is not None:
         flat = rows.Y.reshape(-1, len(size)) * np.where(sought, size, 0.0)

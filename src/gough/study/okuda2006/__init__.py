@@ -12,7 +12,7 @@ ABOUT = (
     "estimate does not: friction with bristles, a Stribeck rise and a viscous part, 10 % different from strut to "
     "strut; friction of the joints that grows with their load; torques read in steps of 0.03 N m, noise of 0.05 N m. "
     "The paper's model, its signs repaired (theory page disturbance.md), learns m_S, m_T, f_0j and t_0j from circles "
-    "of 100 mm both ways at both tilts, and predicts those of 144 mm.  The second half (sections 4.3 and 5) mills: a "
+    "of 100 mm both ways at both tilts, and predicts those of 144 mm.  The true friction is chosen: docs/studies/okuda2006.md has the rows over its ranges.  The second half (sections 4.3 and 5) mills: a "
     "tool of two flutes with 5 um of runout cuts in closed loop, its force is told from the same torques, and the "
     "spindle leans against it, by commands from a first cut and in the loop.  The wall leans by the paper's law of the "
     "tool, f(d), with other coefficients than those believed; what a cantilever leaves whose wall is made tooth by "

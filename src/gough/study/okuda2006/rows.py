@@ -35,7 +35,8 @@ def _torques(found: Results) -> list[Claim]:
             ),
             Claim(
                 f"Fig. 5, tilt {circle.tilt}: worst strut, 95 % of the errors over its range", float(most.max()), "1",
-                (None, SHARE), shown="%", note="the rest is within some mm of reversals, where screws stick",
+                (None, SHARE), shown="%", note="the rest is within some mm of reversals, where screws stick; "
+                "the platform joints' arm of 1 mm is chosen, with 4 mm it is 7.3 % and 11.7 %",
             ),
         ]  # fmt: skip
     means = [circle.read.mean(0) for circle in found.learned.circles]
@@ -126,7 +127,8 @@ def _static(found: Results) -> list[Claim]:
             Claim(
                 f"Fig. 6, load in {name}: largest error of the loaded component", float(error.max()), "N",
                 (0.0, float(test.bound[axis])), published=PRINTED,
-                note=f"the band ends at f_0 sum |l| = {test.bound[axis]:.0f} N: at rest friction may point anywhere",
+                note=f"the band ends at f_0 sum |l| = {test.bound[axis]:.0f} N: at rest friction may point anywhere; "
+                "the bristles' stiffness is chosen, from 1e7 to 1e9 N/m it is 29 to 210 N",
             )
         )  # fmt: skip
         low, high = share(test, axis)
