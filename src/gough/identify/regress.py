@@ -44,7 +44,7 @@ class Estimate:
     residual_rms: float  # N
     held_out_rms: float  # N
     memory: float  # rows that tell as much as one that is independent
-    factor: float  # of the deviations, over those of noise that is stationary
+    factor: float | None  # of the deviations, over those of stationary noise; None: cannot be judged (repeated.py)
 
     @property
     def std(self) -> np.ndarray:
@@ -98,7 +98,7 @@ def estimate(rows: Rows, free: Sequence[str] | None = None) -> Estimate:
     more = factor(X, e, used, cov, lag, repeats(rows.Y))
     full = rows.values + delta
     return Estimate(
-        rows, base, chosen, base.K @ full, more**2 * cov, full, sigma,
+        rows, base, chosen, base.K @ full, cov if more is None else more**2 * cov, full, sigma,
         float(np.sqrt(np.mean(residual[used] ** 2))), _held_out(rows, target, used, base, sigma), lag, more,
     )  # fmt: skip
 

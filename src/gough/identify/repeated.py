@@ -19,24 +19,28 @@ from __future__ import annotations
 
 import numpy as np
 
-GROUPS, FEWEST = 25, 8
+GROUPS, FEWEST = 25, 15
+_SHORTEST = 16  # rows of a period
 _SAME = 0.2  # of the columns' rms: rows a period apart differ by no more; rows are a tenth of the fastest motion long
 
 
-def factor(X: np.ndarray, e: np.ndarray, used: np.ndarray, cov: np.ndarray, memory: float, repeat: int | None) -> float:
+def factor(
+    X: np.ndarray, e: np.ndarray, used: np.ndarray, cov: np.ndarray, memory: float, repeat: int | None
+) -> float | None:
     """Equation (2), of weighted rows X (N, n, r) and e (N, n), those that are not `used` (N, n) left out.
 
     `memory` is how many rows tell as much as one (covariance.py), `repeat` after how many the motion begins again.
+    None where the motion has not FEWEST parts that do not hang together: nothing tells noise from the rest then.
     """
     N, r = len(X), X.shape[-1]
     length = N if repeat is None else repeat
     count = min(GROUPS, int(length / (2 * np.ceil(memory))))
     if count < FEWEST:
-        return 1.0
+        return None
     X, e = np.where(used[..., None], X, 0.0), np.where(used, e, 0.0)
     value, V = np.linalg.eigh(np.tensordot(X, X, ((0, 1), (0, 1))))
     if not value[0] > 0:
-        return 1.0
+        return None
     root = (V / np.sqrt(value)) @ V.T  # H^(-1/2)
     group = np.arange(N) % length * count // length
     C = np.zeros((r, r))
@@ -61,7 +65,7 @@ def repeats(Y: np.ndarray) -> int | None:
     size = np.sqrt(np.mean(F**2, axis=0))
     F = F[:, size > 0] / size[size > 0]
     most = 2 * N // 3
-    if most < 2 * FEWEST or not F.shape[1]:
+    if most < _SHORTEST or not F.shape[1]:
         return None
     along = np.zeros(N)  # sum over i and columns of F_i F_{i+l}
     for column in F.T:
@@ -70,7 +74,7 @@ def repeats(Y: np.ndarray) -> int | None:
     square = np.cumsum((F**2).sum(1))
     head, tail = square[::-1], square[-1] - np.r_[0.0, square[:-1]]  # of the rows that have one l later, or before
     apart = (head + tail - 2 * along) / (np.arange(N, 0, -1) * F.shape[1])
-    for lag in range(2 * FEWEST, most):
+    for lag in range(_SHORTEST, most):
         if apart[lag] < _SAME**2 and apart[lag] <= apart[lag - 1] and apart[lag] <= apart[lag + 1]:
             return lag
     return None
