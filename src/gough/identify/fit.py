@@ -131,6 +131,7 @@ class Fit:
             "condition": found.base.condition,
             "residual_rms": found.residual_rms,
             "held_out_rms": found.held_out_rms,
+            "std_over_noise": found.factor,
             "unseen": list(self.unseen),
             "never": list(self.never),
             "together": list(self.together),

@@ -4,7 +4,8 @@
 
 over what the motion shows (base.py); what it does not show stays at the sheet's value.  s_j^2 is the mean square of
 joint j's residuals, found by solving again with the last ones.  The deviations are those of covariance.py, which minds
-that residuals of neighbouring rows are alike.
+that residuals of neighbouring rows are alike, times the factor of repeated.py, which minds that what the model lacks
+is no noise.
 
 The held-out error: the rows in FOLDS parts, one behind the other; each part predicted from the estimate of the others.
 Theory: docs/theory/identification.md.
@@ -20,6 +21,7 @@ import numpy as np
 from ..errors import ExperimentError, LogError, did_you_mean
 from .base import LIMIT, BaseParameters, base_parameters, sizes
 from .covariance import covariance
+from .repeated import factor, repeats
 from .rows import Rows
 
 CONDITION = 1e5  # from which least squares turns a model error of 1e-5 into one of 1: no drive's force is as sure
@@ -42,6 +44,7 @@ class Estimate:
     residual_rms: float  # N
     held_out: np.ndarray  # (N, n) error of each row, predicted from the other parts; NaN where it takes no part
     memory: float  # rows that tell as much as one that is independent
+    factor: float | None  # of the deviations, over those of stationary noise; None: cannot be judged (repeated.py)
 
     @property
     def std(self) -> np.ndarray:
@@ -95,11 +98,13 @@ def estimate(rows: Rows, free: Sequence[str] | None = None) -> Estimate:
             limit=f"{CONDITION:g}", cure=_CURE,
         )  # fmt: skip
     residual = np.where(used, target - rows.Y @ delta, 0.0)
-    cov, lag = covariance(rows.Y[..., base.kept] / sigma[:, None], residual / sigma, used)
+    X, e = rows.Y[..., base.kept] / sigma[:, None], residual / sigma
+    cov, lag = covariance(X, e, used)
+    more = factor(X, e, used, cov, lag, repeats(rows.Y))
     full = rows.values + delta
     return Estimate(
-        rows, base, chosen, base.K @ full, cov, full, sigma,
-        float(np.sqrt(np.mean(residual[used] ** 2))), _held_out(rows, target, used, base, sigma), lag,
+        rows, base, chosen, base.K @ full, cov if more is None else more**2 * cov, full, sigma,
+        float(np.sqrt(np.mean(residual[used] ** 2))), _held_out(rows, target, used, base, sigma), lag, more,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -107,7 +108,14 @@ class Batch:
             self._start(ready)
 
     def _bound(self, laws):
-        known = {id(law): law.on(self.believed, self.run_part.period) for law in laws}
+        known = {}
+        for i, law in enumerate(laws):
+            if id(law) not in known:
+                try:
+                    known[id(law)] = law.on(self.believed, self.run_part.period)
+                except ExperimentError as error:  # which of them it is
+                    told = [replace(p, key=f"controller.{i}.{p.key}" if p.key else None) for p in error.problems]
+                    raise ExperimentError(problems=told) from None
         return [known[id(law)] for law in laws]
 
     def _check_rows(self):
