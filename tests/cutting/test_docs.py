@@ -51,7 +51,7 @@ def test_the_table_of_the_page_is_found_right(gough, write):
         (('"6 m/min"', '"0 m/min"'), "program.feed: must be above 0 m/s"),
         (
             ('"40 mm", "80 mm", "120 mm"', '"1 m", "2 m", "3 m"'),
-            "cut.toml:8: plant.cutting.wall.places: the wall begins",
+            "cut.toml:8: plant.cutting.wall.places: the wall",
         ),
         (('"A5052"', '"A5053"'), "cut.toml:5: plant.cutting.coefficients: no such material, got 'A5053'"),
     ],
