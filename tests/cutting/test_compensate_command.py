@@ -10,6 +10,8 @@ from cutting.mills import cut, mill
 from gough.cutting import Leaning
 from gough.cutting.surface import Ran, cut_wall
 
+pytestmark = pytest.mark.full  # simulates the part twice
+
 PART = "G21 G90 G94 G61\nG0 X0 Y0 Z0\nS12000 M3\nG1 Y-90 F6000\nM5\nM2\n"
 CUT = cut(mill(2, 30.0), "A5052", places=[0.03, 0.08], radial=[0.9e-3], deflection=Leaning())
 ASKED = ["--height", "18 mm", "--air", "12 mm..28 mm"]
@@ -105,7 +107,6 @@ def test_options_that_cannot_be_are_refused(gough, part, logs, options, message)
     assert done.status == 2 and message in done.err
 
 
-@pytest.mark.full
 def test_the_corrected_program_cuts_an_upright_wall(gough, part, logs):
     gough("compensate", part, "--log", logs / "cut.nc", *ASKED)
     program = gk.load_program(part.with_name("part-compensated.ngc"))
