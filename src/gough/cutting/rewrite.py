@@ -31,6 +31,7 @@ from .profile import frame
 CHORD = 1e-6  # m, that short lines leave an arc
 ROUND = 2e-6  # m, that corners between the new lines are rounded by, where the program stops at corners
 MM, DEG = 4, 4  # decimals that are written
+_CURE = "write it in G21 G90 and G94, without G92 or other offsets"
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 _MOVES = {0.0, 1.0, 2.0, 3.0}
 _SAME = 2e-6  # m and rad: the rounding of what is written is 0.05 um and 0.9 urad
@@ -70,7 +71,7 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
             of_line.setdefault(int(path.line[i]), []).append(i)
     changes, out = [], []
     at = meant.written(meant.start())
-    ends: list[np.ndarray] = []
+    ends: list[tuple[np.ndarray, float]] = []  # where each move should end, and at what feed
     displaced, replaced_arc = False, False
     for number, text in enumerate(lines, 1):
         blocks = of_line.get(number, [])
@@ -78,7 +79,7 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
         implicit = replaced_arc and blocks and not _motion_of(text)
         if not (leans or (displaced and blocks) or implicit):
             out.append(text)
-            ends += [meant.end(i) for i in blocks]
+            ends += [(meant.end(i), path.feed[i]) for i in blocks]
             if blocks:
                 at, replaced_arc = meant.written(meant.end(blocks[-1])), False
             continue
@@ -93,7 +94,7 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
             rapid = path.rapid[i]
             feed = "" if rapid or now else f" F{_text(60e3 * path.feed[i], 6)}"
             now.append(f"{'G0' if rapid else 'G1'}{words}{feed}")
-            ends.append(pose)
+            ends.append((pose, path.feed[i]))
             at = target
         displaced = meant.theta_at(meant.end_s(i)) != 0
         replaced_arc = path.kind[i] in (ARC, ELLIPSE)
@@ -103,9 +104,7 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
             now = [f"G64 P{_text(1e3 * ROUND, 4)}", *now, "G61" if path.tolerance[i] == 0 else "G61.1"]
         changes.append(Changed(number, text.strip(), now, most, height * float(np.tan(most))))
         out += [f"; was: {text.strip()}", *now]
-    made = program.replace(text="\n".join(out) + "\n")
-    _check_read_back(made, program, ends)
-    return Rewritten(made, changes)
+    return Rewritten(_read_back(program, "\n".join(out) + "\n", ends), changes)
 
 
 class _Meant:
@@ -215,26 +214,30 @@ def _check_line(program, text, number, blocks):
         )
 
 
-def _check_read_back(made: NCProgram, program: NCProgram, ends: list[np.ndarray]):
-    """The path that the new text comes to must be the one that was meant."""
+def _read_back(program: NCProgram, text: str, ends: list[tuple[np.ndarray, float]]) -> NCProgram:
+    """The program with a new text, which must come to the path and the feeds that were meant."""
     try:
-        path = made.path()
+        made = program.replace(text=text)
     except ProgramError as error:
         raise ProgramError(
-            "the corrected program cannot be read back", file=program.name, value=str(error)[:200],
-            cure="write it in G21 G90 and G94, without G92 or other offsets",
-        ) from None  # fmt: skip
+            "the corrected program cannot be read back", file=program.name, value=str(error)[:200], cure=_CURE
+        ) from None
+    path = made.path()
     rows = np.flatnonzero((path.kind != REST) | path.turning_at_rest)
     found = np.concatenate([path.point(rows, path.length[rows]), path.angles(rows, path.extent[rows])], 1)
     if len(rows) == len(ends):
-        off = np.abs(found - np.array(ends)).max(1)
-        bad = np.flatnonzero(off > _SAME)
+        off = np.abs(found - np.array([pose for pose, _ in ends])).max(1)
+        feed = np.array([feed for _, feed in ends])
+        slow = ~path.rapid[rows] & (np.abs(path.feed[rows] - feed) > 1e-6 * feed)
+        bad = np.flatnonzero((off > _SAME) | slow)
         if not len(bad):
-            return
+            return made
         line, value = int(path.line[rows[bad[0]]]), f"{off[bad[0]]:.3g} m or rad beside its place"
+        if off[bad[0]] <= _SAME:
+            value = f"a feed of {path.feed[rows[bad[0]]]:g} m/s instead of {feed[bad[0]]:g}"
     else:
         line, value = None, f"{len(rows)} moves instead of {len(ends)}"
     raise ProgramError(
         "the corrected program does not come to the path that was meant", file=program.name, line=line, value=value,
-        cure="write it in G21 G90 and G94, without G92 or other offsets",
+        cure=_CURE,
     )  # fmt: skip
