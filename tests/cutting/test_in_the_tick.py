@@ -9,6 +9,8 @@ from numpy.testing import assert_allclose
 import gough as gk
 from cutting.mills import FEED, SPEED, cut, mill
 from gough.errors import ExperimentError
+from gough.simulate.faults import EncoderFault
+from gough.simulate.notes import EncoderWarning
 
 WAY = 0.1  # m
 AT = {"places": [0.02, 0.08], "radial": [1.5e-3]}
@@ -116,3 +118,58 @@ def test_runs_that_cut_and_runs_that_do_not_are_no_batch(machine):
 def test_a_plunge_is_no_milling_of_a_wall(machine):
     log = run(machine, cut(mill(2, 30.0), **AT), (0.0, 0.0, 0.1))
     assert not log["cutting_force"].any()
+
+
+@pytest.mark.full
+def test_reactions_know_the_cut(machine):
+    """Forces of the platform on its struts: without the tool's weight they carry the cut; here the sum of all."""
+    names = ["plant.reaction", "cutting_force", "s_r", "x", "xd"]
+    cutting = cut(mill(2, 30.0), **AT)
+    logs = [run(machine, one, signals=names, period=0.25e-3) for one in (cutting, None)]
+    at = [one.t for one in logs]
+    n = min(map(len, at))
+    on = (logs[0]["s_r"][:n] > 0.04) & (logs[0]["s_r"][:n] < 0.07)
+    more = (logs[0]["plant.reaction"][:n] - logs[1]["plant.reaction"][:n])[on].sum(1).mean(0)
+    # the platform hands what acts on it to its struts: the cut; the machine moves evenly, so no inertia is between
+    assert_allclose(more, logs[0]["cutting_force"][:n, :3][on].mean(0), rtol=0.02, atol=1.0)
+
+
+@pytest.mark.full
+def test_a_safe_stop_within_the_wall_stops_the_chip(machine):
+    """An encoder is lost in the wall; the tool brakes along its path, and a tool that stands cuts nothing."""
+    plant = gk.Plant(
+        machine=machine, cutting=cut(mill(2, 30.0), **AT),
+        faults=[EncoderFault(kind="glitch", joint=2, start=0.5, size=1e-4)],
+    )  # fmt: skip
+    program = gk.Line(begin=[0.0, 0.0, 0.0], to=[0.0, -WAY, 0.0], feed=FEED, settle=0.05)
+    with pytest.warns(EncoderWarning):
+        log = gk.simulate(machine, gk.PID(bandwidth=20.0), program, plant, encoder_check=2000.0, stop_ramp=2.0)
+    assert "safe stop" in log.reason or "encoder" in log.reason
+    stopped = log["stopping"] > 0
+    assert stopped.any() and log["cutting_force"][~stopped].any()
+    assert not log["cutting_force"][-3:].any()
+
+
+@pytest.mark.full
+def test_friction_that_drifts_and_a_cut_go_together():
+    machine = gk.load_machine("okuma-pm600").replace(**{"limits.cone": np.radians(70)})
+    plant = gk.Plant(machine=machine, cutting=cut(mill(2, 30.0), **AT), friction_drift=0.1)
+    log = gk.simulate(machine, gk.PID(bandwidth=20.0), gk.Line(to=[0.0, -WAY, 0.0], feed=FEED), plant)
+    assert not log.failed
+    assert_allclose(log["plant.friction_scale"][-1], 1 + 0.1 * log.t[-1], rtol=1e-9)
+    assert np.abs(log["cutting_force"]).max() > 50
+
+
+@pytest.mark.full
+def test_a_head_of_three_freedoms_cuts_with_its_own_tilt():
+    """The tool of a 3-PRS leans as it must; the force is across that tool."""
+    head = gk.load_machine("ccu-3prs")
+    program = gk.Line(begin=[0.02, 0.0, 0.0], to=[0.02, 0.06, 0.0], feed=0.05, settle=0.05)
+    cutting = cut(mill(2, 30.0), places=[0.02, 0.05], radial=[1e-3])
+    log = gk.simulate(head, gk.PID(bandwidth=10.0), program, gk.Plant(machine=head, cutting=cutting))
+    assert not log.failed, log.reason
+    on = within(log, 0.03, 0.048)
+    f_x, f_y, f_z, _ = cutting.mean_forces(0.05, 1e-3)
+    force = log["cutting_force"][on].mean(0)[:3]
+    assert_allclose(np.linalg.norm(force), np.linalg.norm([f_x, f_y, f_z]), rtol=0.02)
+    assert force[0] < -0.9 * f_y < 0  # along +y the wall is on +x: the tool is pushed to -x

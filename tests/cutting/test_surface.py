@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import gough as gk
-from cutting.mills import FEED, cut, mill
+from cutting.mills import FEED, SHARP, cut, mill
 from gough.cutting import Beam, Leaning
 from gough.cutting.surface import CutWall, Ran, cut_wall
 from gough.errors import LogError
@@ -103,6 +103,17 @@ def test_a_beam_shows_the_force_of_the_instant(machine):
     bent = Beam().lateral(cutting.tool, force, 9e-3, z, 18e-3)
     assert_allclose(wall.along_z(0.04, 0.05), bent + MARK / 3, rtol=0, atol=0.02 * bent.max())
     assert bent[-1] < 0.01 * bent.max()  # the upper edge is made when the tooth leaves: nothing pushes then
+
+
+def test_conventional_milling_pulls_the_tool_into_the_wall(machine):
+    """Wall on the left: a force along +y digs, and what is proud when climbing is gouged here."""
+    cutting = cut(mill(2, 30.0), SHARP, milling="up", deflection=Leaning(), **AT)
+    F_y = cutting.mean_forces(FEED, 0.9e-3)[1]
+    assert F_y > 0
+    wall = cut_wall(cutting, *line(machine), S)
+    assert_allclose(wall.slope(0.04, 0.05), -Leaning().inclination(F_y), rtol=1e-3)
+    rigid = cut_wall(cutting.replace(deflection=None), *line(machine), S)
+    assert_allclose(rigid.error.max(), MARK, rtol=1e-3)
 
 
 def test_with_runout_the_longer_tooth_makes_the_wall(machine):

@@ -4,6 +4,7 @@
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
     gough monitor LOG    the force on the tool out of a recorded log
+    gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
     gough export M       a machine for another program
@@ -164,6 +165,48 @@ def monitor(
         monitor_file(log, machine, map_file, asked, out, force, quiet, outcome)
 
     return finish("monitor", work, json, debug)
+
+
+@app.command(rich_help_panel="Logs")
+def compensate(
+    part: Annotated[Path, typer.Argument(help="The NC program that was run; it is never overwritten.")],
+    log: Annotated[Path, typer.Option("--log", help="The log (.nc) of its run, with wrench_hat, or q_m and u.")],
+    height: Annotated[str, typer.Option("--height", help='Height of the wall, as "18 mm".')],
+    machine: Annotated[
+        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet.  [default: the log's]")
+    ] = None,
+    air: Annotated[
+        str | None,
+        typer.Option("--air", help='Way through air, to tare on: "5 mm..30 mm" of the path.  [default: no taring]'),
+    ] = None,
+    least: Annotated[str, typer.Option("--least", help="Force below which nothing is cut.")] = "10 N",
+    linear: Annotated[
+        str | None, typer.Option("--linear", help='Of the tool\'s law.  [default: "9.08e-4 deg/N"]')
+    ] = None,
+    quadratic: Annotated[
+        str | None, typer.Option("--quadratic", help='Of the tool\'s law.  [default: "2.42e-6 deg/N2"]')
+    ] = None,
+    bandwidth: Annotated[
+        str, typer.Option("--bandwidth", help="Of the force, where the log has no estimate.")
+    ] = "10 Hz",
+    fine: Annotated[str, typer.Option("--fine", help="Steps of the tilt that get a line of their own.")] = "0.003 deg",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The corrected program.  [default: PART-compensated.ngc]")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there (never the original).")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Write an NC program again, its tool leaning against the force that the log of a run shows."""
+
+    def work(outcome: Outcome) -> None:
+        from .compensate import Asked, compensate_file
+
+        asked = Asked(height, air, least, linear, quadratic, bandwidth, fine)
+        compensate_file(part, log, machine, asked, out, force, quiet or json, outcome)
+
+    return finish("compensate", work, json, debug)
 
 
 @app.command(rich_help_panel="Simulate")

@@ -148,6 +148,11 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
 # faults  = [{ kind = "glitch", joint = 3, start = "2 s", duration = "2 ms", size = "10 um" }]  # of encoders; also
 #                                                      "stuck" and "dropout", which have no size
+# [plant.cutting]                # an end mill along a wall: docs/cutting.md
+# coefficients  = "A5052"        # or Al6082-T6, Al6061-T6, Al7075-T6, or a table of the six numbers
+# spindle_speed = "12000 rpm"
+# tool = { diameter = "12 mm", teeth = 2, helix = "30 deg" }
+# wall = { axial_depth = "18 mm", places = ["40 mm", "120 mm"], radial = ["0.5 mm"] }   # along the path
 
 [program]                        # an NC program ...
 # file   = "part.ngc"            # relative to this file; or the name of a shipped piece, "cone-frustum"

@@ -32,8 +32,8 @@ class Leaning(Part):
     instant: ClassVar[bool] = False
 
     kind: Literal["measured"] = "measured"
-    linear: float = quantity("rad/N", "c_1", default=9.08e-4 * _DEG, at_least=0)
-    quadratic: float = quantity("rad/N2", "c_2", default=2.42e-6 * _DEG, at_least=0)
+    linear: float = quantity("rad/N", "c_1 of the law, of a small force", default=9.08e-4 * _DEG, at_least=0)
+    quadratic: float = quantity("rad/N2", "c_2 of the law, of the force squared", default=2.42e-6 * _DEG, at_least=0)
 
     def inclination(self, force) -> np.ndarray:
         """theta under normal forces (...) N.  (...) rad."""

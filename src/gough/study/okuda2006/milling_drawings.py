@@ -13,7 +13,7 @@ from ...report import style
 from ...report.prepare import thin
 from ..study import Figure
 from .drawings import DPI
-from .milling import AIR, BELIEVED, DEPTHS, EXPERIMENTS, SHALLOW, STAIRS, Milled, Relation, Stairs, steps
+from .milling import AIR, BELIEVED, DEPTHS, EXPERIMENTS, LENGTH, SHALLOW, STAIRS, TARED, Milled, Relation, Stairs, steps
 from .milling_rows import WALL
 
 GREY = "#8a939c"
@@ -49,7 +49,8 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
 
 def _forces(direction: str, run: Milled) -> Any:
     ax = style.new_axes((7.2, 3.8))
-    rows = thin(run.s)
+    even = np.flatnonzero((run.s > TARED[0]) & (run.s < AIR + LENGTH + 0.015))  # without its starts and stops
+    rows = even[thin(run.s[even])]
     for k, axis in enumerate("XYZ"):
         colour = style.COLOURS[k]
         ax.plot(1e3 * run.s[rows], run.measured[rows, k], color=colour, linewidth=0.5, alpha=0.35)
