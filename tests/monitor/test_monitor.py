@@ -219,6 +219,44 @@ def test_a_blow_on_top_of_a_blow_is_another_one():
     assert events.found[1].end == pytest.approx(1.499), "back at what was before the first"
 
 
+def test_a_jump_back_that_hangs_at_the_threshold_is_no_other_collision():
+    """Found on a pulse of 176 N: a row of the jump back was below the threshold, the next one above it again."""
+    events = Events(PERIOD, None, 100.0, None)
+    f = np.zeros((1000, 3))
+    f[300:500, 0] = 800
+    f[500:, 0] = 45 * np.exp(-np.arange(500) / 100)  # back within half of 100 at once
+    f[509:511, 0] = 760.0 - 700  # 10 ms before it was 800: calm in between, by noise
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [event.start for event in events.found] == [pytest.approx(0.3)]
+
+
+def test_a_blow_that_does_not_come_quite_back_ends_and_is_no_breakage():
+    """Found on a pulse of 176 N at a reversal, where friction had feigned 16 N before it: never back to within 11 N."""
+    events = Events(PERIOD, None, 22.0, 22.0)
+    f = np.zeros((1000, 3))
+    f[280:310, 0], f[310:600, 0] = 16.0, -176.0
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [(e.kind, e.start, e.end) for e in events.found] == [
+        ("collision", pytest.approx(0.310), pytest.approx(0.599)),
+    ]
+
+
+def test_a_blow_while_the_last_one_settles_is_another_one():
+    events = Events(PERIOD, None, 100.0, None)
+    f = np.zeros((1000, 3))
+    f[300:500, 0] = 800
+    f[504:700, 1] = 300
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [event.start for event in events.found] == [pytest.approx(0.3), pytest.approx(0.504)]
+    assert events.found[1].end == pytest.approx(0.699)
+
+
 # -- the command --------------------------------------------------------------------------------------------------
 
 

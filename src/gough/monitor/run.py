@@ -17,7 +17,7 @@ from ..observe.disturbance import WAIT, DisturbanceObserver
 from ..observe.recorded import Recorder
 from ..quantities import brief
 from . import levels
-from .events import Event, Events
+from .events import RISE, Event, Events
 from .thin import Thin
 from .watch import Sums, Watch
 
@@ -133,7 +133,8 @@ class _Job:
             level = levels.default_level(self.observer, x)
             self.level, self.noise = level, levels.noise_level(self.observer, x)
             self.events = Events(
-                self.observer.period, alarm, level if collision is None else collision,
+                self.observer.period, alarm,
+                levels.jump_level(self.observer, x, RISE) if collision is None else collision,
                 level if breakage is None else breakage,
             )  # fmt: skip
         else:
