@@ -2,7 +2,7 @@
 
 Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
 of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
-clock.  `python -m bench [loops] [laws] [rows] [workers] [peers]` measures some of it and keeps the rest of the last
+clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers]` measures some of it and keeps the rest of the last
 result.
 """
 
@@ -21,13 +21,13 @@ from gough.kernel.lanes import native_width
 from gough.log.build import plain
 from gough.simulate.provenance import processor
 
-from . import loops, tables
+from . import learning, loops, tables
 from .rows import Rows
 from .workers import Workers
 
 ROUNDS = 5
 DOCS = Path(__file__).parent.parent / "docs"
-PARTS = ("loops", "laws", "rows", "workers", "peers")
+PARTS = ("loops", "laws", "learning", "rows", "workers", "peers")
 
 
 def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
@@ -44,6 +44,12 @@ def measure_laws() -> dict:
     sheet = gk.load_machine("nist-octahedral")
     cases = {name: measured(sheet, law) for name, law in loops.LAWS.items()}
     return {"width": native_width(), "cases": {**cases, loops.CHEN: measured(*loops.published())}}
+
+
+def measure_learning() -> dict:
+    """Ten minutes of learning: medians of three runs, the kernel compiled before."""
+    learning.measure()
+    return medians([learning.measure() for _ in range(3)])
 
 
 def measured(machine, law=loops.LAW, program=loops.PROGRAM) -> dict[str, float]:
@@ -106,6 +112,7 @@ def main(parts: list[str]) -> None:
     measures = {
         "loops": measure_loops,
         "laws": measure_laws,
+        "learning": measure_learning,
         "rows": measure_rows,
         "workers": measure_workers,
         "peers": measure_peers,

@@ -107,7 +107,8 @@ def _text(results: Sequence[Short]) -> str:
     turns = [found.names.index(name) for name in TURNED]
     late = np.nanmax(found.off(found.learned(1))[turns])
     best = found.off(found.off_line)
-    outside = int((np.abs(found.off_line - found.true) > 2 * found.std).sum())
+    away = np.abs(found.off_line - found.true) / found.std
+    outside, far = int((away > 2).sum()), int(away.argmax())
     within = "all" if np.nanmax(best) <= WITHIN else "not all"
     return (
         f"{found.duration:.1f} s of machine time at up to {found.fastest[0]:.2f} m/s; condition number "
@@ -116,7 +117,7 @@ def _text(results: Sequence[Short]) -> str:
         f"the farthest is {100 * slow:.0f} % off at the end with learning factors of {RATE:g} 1/s, as in the ten "
         f"minutes, and {100 * quick:.1f} % with {QUICK:g} 1/s (inertias: {100 * late:.1f} %).  Residual "
         f"{found.residual:.2g} N rms.  {outside} of {len(found.names)} numbers are farther than two deviations from "
-        "the truth: a deviation is that of noise, and the friction of the machine has a memory that the model lacks."
+        f"the truth, the farthest, {found.names[far]}, {away[far]:.1f}."
     )
 
 
