@@ -12,7 +12,7 @@ machine/vibration.py, (1), at that rest, and f = M v' + h(v) - h(0) the forces o
     displacement of the tool = -W' [1 0] A^-1 [f; 0]                                                                (2)
 
 Each entry of s, B, c is a sum of products of Chebyshev polynomials of the coordinates of x, of total degree `degree`,
-over the box of the declared workspace,
+over the box of the declared workspace (5 % wider than the rests that it is fitted to),
 
     s_i(x) = sum of S_im T_a(y_1) T_b(y_2) ...,   y = (x - center) / half,   a + b + ... <= degree                  (3)
 
@@ -37,6 +37,7 @@ from ..machine.workspace import random_poses
 
 POINTS = 3  # rests a coefficient; the fit hardly gains by more
 LEAST = 1e-9  # m, half a side of a box that has none
+EDGE = 1.05  # sides of the box over the spread of the rests: random places do not reach the edges
 
 
 class ElasticMap(Part):
@@ -135,7 +136,10 @@ def fitted(flexible, degree: int, moving: bool) -> ElasticMap:
             motion.append(given_way(flexible, one, x).ravel())
     low, high = places.min(0), places.max(0)
     box = ElasticMap(
-        degree=degree, center=(low + high) / 2, half=np.maximum((high - low) / 2, LEAST), sag=np.zeros((d, 1))
+        degree=degree,
+        center=(low + high) / 2,
+        half=np.maximum(EDGE * (high - low) / 2, LEAST),
+        sag=np.zeros((d, 1)),
     )
     basis = box.basis(places)
     return box.replace(sag=_solved(basis, asked - places), motion=_solved(basis, np.array(motion)) if moving else None)

@@ -35,12 +35,12 @@ def flexible_figures(found: Results) -> list[tuple[str, Any, str]]:
         axes = "xyz"[section.across] + "xyz"[section.up]
         zero = next(c for c in "xyz" if c not in axes)
         out.append((
-            f"map_frequency_{axes}", _map(section, section.frequency, "[Hz]"),
+            f"map_frequency_{axes}", _map(section, section.frequency, "First frequency", "[Hz]"),
             f"First natural frequency, joints held, in the section {zero} = 0 of the workspace.",
         ))  # fmt: skip
         if axes == "yz":  # over x and y it hardly changes
             out.append((
-                f"map_stiffness_{axes}", _map(section, section.stiffness / 1e6, "[N/um]"),
+                f"map_stiffness_{axes}", _map(section, section.stiffness / 1e6, "Least stiffness", "[N/um]"),
                 f"Static stiffness of the tip in its softest direction, joints held, at {zero} = 0.",
             ))  # fmt: skip
     for key in ("low", "high"):
@@ -70,13 +70,13 @@ def _errors(found: Results, key: str, what: str) -> Any:
     return ax
 
 
-def _map(section, values: Any, unit: str) -> Any:
+def _map(section, values: Any, told: str, unit: str) -> Any:
     ax = style.new_axes((6.0, 4.6))
     image = ax.contourf(section.a / MM, section.b / MM, values, 14, cmap="cividis")
     ax.figure.colorbar(image, ax=ax, label=unit)
     at = np.unravel_index(values.argmin(), values.shape)
     ax.plot(section.a[at[1]] / MM, section.b[at[0]] / MM, "o", color="white", markersize=5, clip_on=False)
-    title = f"{values.min():.3g} (white) to {values.max():.3g} {unit[1:-1]}"
+    title = f"{told}: {values.min():.3g} (white) to {values.max():.3g} {unit[1:-1]}"
     style.label(ax, title, f"{'xyz'[section.across]} [mm]", f"{'xyz'[section.up]} [mm]")
     return ax
 
