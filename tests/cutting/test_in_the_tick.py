@@ -8,7 +8,10 @@ from numpy.testing import assert_allclose
 
 import gough as gk
 from cutting.mills import FEED, SPEED, cut, mill
+from gough.cutting import force
+from gough.cutting.numeric import ARRAYS
 from gough.errors import ExperimentError
+from gough.simulate import cut as tick_cut
 from gough.simulate.faults import EncoderFault
 from gough.simulate.notes import EncoderWarning
 
@@ -173,3 +176,36 @@ def test_a_head_of_three_freedoms_cuts_with_its_own_tilt():
     force = log["cutting_force"][on].mean(0)[:3]
     assert_allclose(np.linalg.norm(force), np.linalg.norm([f_x, f_y, f_z]), rtol=0.02)
     assert force[0] < -0.9 * f_y < 0  # along +y the wall is on +x: the tool is pushed to -x
+
+
+def test_a_regenerative_chip_is_what_the_tool_did_a_tooth_ago(machine):
+    """Trails made by hand: even feed gives the chip of the feed; a step off the wall since then thins it by itself."""
+    cutting = cut(mill(2, 30.0), regenerative=True, **AT)
+    step = 0.25e-3
+    look_back = tick_cut.kept(cutting, step)
+    now = tick_cut._now(machine, cutting, step, look_back)
+    z = machine.coordinates(machine.home)
+    f = float(cutting.feed_per_tooth(FEED))
+    along, depth, angle = np.array([0.0, -1.0, 0.0]), 1.5e-3, 2.9
+    ago = np.arange(1, look_back + 1) * step / cutting.tooth_period
+    place = machine.home[:3]
+
+    def wrench(trail, place=place):
+        given = [machine.theta, cutting.theta, f, depth, angle, along, place, angle, z, np.zeros(6), np.zeros(6)]
+        return np.array(now(*given, np.ravel(trail)))[:, 0]
+
+    even = place - f * ago[:, None] * along
+    F = cutting.forces(FEED, depth, angle)
+    assert_allclose(wrench(even)[:3], [F[1], -F[0], F[2]], rtol=1e-9)  # y of C is +x of W
+    b = 20e-6  # it stood so much nearer to the wall, at -x, a tooth ago
+    beside = even - [b, 0, 0]
+    window = force.window(ARRAYS, cutting.tool, np.array(depth), -1.0)
+    tool, K = cutting.tool, cutting.coefficients
+    cuts = [[(f, 0.0, *window)]] * 2
+    G = force.force(ARRAYS, tool, K, 2, 18e-3, cuts, angle, b)
+    assert_allclose(wrench(beside)[:3], [G[1], -G[0], G[2]], rtol=1e-9)
+    assert G[1] < F[1]
+    # and the reference stands beside the tool: the tool is nearer to the wall than meant, and cuts deeper
+    nearer = wrench(even, place + [0.5e-3, 0, 0])
+    D = cutting.forces(FEED, depth + 0.5e-3, angle)
+    assert_allclose(nearer[:3], [D[1], -D[0], D[2]], rtol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gough.study.claims import MET
-from gough.study.okuda2006 import cantilever, milling, milling_drawings, milling_rows, setup
+from gough.study.okuda2006 import cantilever, certainty, milling, milling_drawings, milling_rows, setup
 
 
 def test_table_3_comes_out_of_its_own_forces():
@@ -76,3 +76,14 @@ def test_a_beam_cut_by_a_helix_keeps_its_bend():
     within = milling.steps()[-1]
     assert abs(found.leant.wall.slope(*within)) < 0.05 * found.plain.wall.slope(*within)
     assert 0.3 < found.leant.wall.deviation(*within) / found.plain.wall.deviation(*within) < 0.6
+
+
+def test_the_upright_force_is_the_least_certain_where_struts_stand_steeply():
+    found = certainty.certainty(None)
+    rows = certainty._table([found])
+    assert [row[0] for row in rows] == list(certainty.POSES)
+    assert abs(found.at.force_directions[0, 2, 0]) > 0.99
+    # sum of l l' has the trace 6: with OFF each, the squares of the half axes sum to 6 OFF^2 at every pose
+    assert_allclose((found.at.force_axes**2).sum(-1), 6 * certainty.OFF**2, rtol=1e-9)
+    # det J changes its sign at C = 90 deg (MACHINES.md 5.3): at 88 no drive tells a moment about Z
+    assert [row[0] for row in rows if row[-1] == "poor"] == ["turned, C 88 deg"]

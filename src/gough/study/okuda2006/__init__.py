@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..study import Study
 from . import drawings, experiments, milling, milling_drawings, milling_rows, rows
 from .cantilever import CANTILEVER
+from .certainty import CERTAINTY
 
 ABOUT = (
     "The paper prints neither geometry nor masses, friction or torques.  The machine is the data sheet okuma-pm600 "
@@ -32,5 +33,5 @@ STUDY = Study(
     figures=lambda results, folder: [
         *drawings.figures(results[:FIRST], folder), *milling_drawings.figures(results[FIRST:], folder),
     ],
-    beyond=(CANTILEVER,),
+    beyond=(CANTILEVER, CERTAINTY),
 )  # fmt: skip
