@@ -78,7 +78,7 @@ def test_computed_torque_errs_by_less_than_a_tenth_of_a_millimetre_on_the_flexib
 
 
 @pytest.mark.slow
-def test_of_all_rows_only_two_following_errors_are_not_met():
+def test_of_all_rows_rigid_and_flexible_only_two_following_errors_are_not_met():
     study = find("bouzgarrou2001")
     rows = study.claims([experiment.work(None) for experiment in study.experiments])
     missed = [row.claim for row in rows if row.verdict != MET]
