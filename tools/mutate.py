@@ -368,7 +368,8 @@ def main() -> int:
         print("NOT CAUGHT", mutant.key)
     if given.again or not given.modules:
         where = "all modules" if not given.again else "again, of " + ", ".join(chosen)
-        write(planted, rows, [*history, f"- {len(rows) - stood} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"])
+        said = f"- {len(rows) - stood} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"
+        write(planted, rows, [*history, said])
     return 1 if missed else 0
 
 
