@@ -330,6 +330,7 @@ def main() -> int:
         m for module in (MODULES if given.again or not given.modules else given.modules) for m in mutants(module)
     ]
     rows, history = kept(planted) if given.again else ({}, [])
+    stood = len(rows)
     planting = [
         number
         for number, mutant in enumerate(planted)
@@ -370,9 +371,9 @@ def main() -> int:
     for mutant in missed:
         print("NOT CAUGHT", mutant.key)
     if given.again or not given.modules:
-        done = len(planting) - len(planted) + len(rows)
         where = "all modules" if not given.again else "again, of " + ", ".join(chosen)
-        write(planted, rows, [*history, f"- {done} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"])
+        said = f"- {len(rows) - stood} signs on {time.strftime('%Y-%m-%d')}, commit {_commit()}: {where}"
+        write(planted, rows, [*history, said])
     return 1 if missed else 0
 
 
