@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import json
 import os
 import signal
@@ -14,6 +15,27 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest  # noqa: E402
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest's own leaves out what is marked
+def pytest_collection_modifyitems(config, items):
+    """`@pytest.mark.quick("a-*", "b")`: `make check` runs the cases with such an id; the others of this test are full.
+
+    A test of which no case is left is an error, unless single cases were asked for: a new name hides no claim.
+    """
+    left = {}
+    for item in items:
+        mark, case = item.get_closest_marker("quick"), getattr(item, "callspec", None)
+        if mark is None or case is None:
+            continue
+        chosen = any(fnmatch.fnmatchcase(case.id, pattern) for pattern in mark.args)
+        name = item.nodeid.partition("[")[0]
+        left[name] = left.get(name, False) or chosen
+        if not chosen:
+            item.add_marker(pytest.mark.full)
+    none = [name for name, some in left.items() if not some]
+    if none and not any("::" in argument for argument in config.args):
+        raise pytest.UsageError(f"mark quick names no case of {', '.join(none)}")
 
 
 class Ended(NamedTuple):

@@ -48,6 +48,7 @@ def test_the_public_api_is_at_most_thirty_names_and_every_one_is_there():
         gk.simulat  # noqa: B018
 
 
+@pytest.mark.quick("export", "measure")
 @pytest.mark.parametrize("verb", ["simulate", "measure", "identify", "report", "export"])
 def test_a_verb_can_be_called_whoever_imported_its_package_first(verb):
     script = (
@@ -483,6 +484,7 @@ def test_a_run_repeated_from_its_results_folder_gives_the_same_numbers(tmp_path)
     assert (tmp_path / "again" / "report.html").stat().st_size > 100_000
 
 
+@pytest.mark.full
 def test_a_program_named_like_a_log_is_kept_beside_it(gough, write, tmp_path):
     """part.nc is a usual name of an NC program, and pid.nc is that of a log."""
     write("pid.nc", "G21 F600\nG1 X1\nM2\n")

@@ -148,6 +148,7 @@ def test_parts_are_equal_and_hashed_by_content():
     assert len({a, b, rig()}) == 2
 
 
+@pytest.mark.full
 def test_the_digest_is_the_same_in_every_process():
     """Hashes of texts are seeded anew in each process; a digest that used them would never find a cache."""
     code = "from gough.machine.sheet import load_machine; print(load_machine('okuma-pm600').digest())"

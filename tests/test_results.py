@@ -176,6 +176,7 @@ for i in range(1000000):
 """
 
 
+@pytest.mark.full
 def test_a_process_killed_at_any_time_leaves_a_whole_folder(tmp_path):
     """F2: ten kills at times drawn over a few runs each; the four files are always of one run."""
     run = tmp_path / "run"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 
+import pytest
 import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
@@ -116,6 +117,7 @@ class Writer:
                 self.table(value, path + (key,), name)
 
 
+@pytest.mark.full
 @given(TABLES, st.data())
 def test_every_path_that_tomllib_reads_has_the_line_where_it_was_written(table, data):
     writer = Writer(data.draw)

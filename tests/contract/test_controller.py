@@ -8,7 +8,7 @@ import pytest
 
 import gough as gk
 from gough.control.base import Measurement
-from gough.kernel.pack import flatten, names, unflatten
+from gough.kernel.pack import flatten, names, symbols, unflatten
 from gough.machine.drives import force_limit
 from gough.simulate import tick
 
@@ -55,6 +55,8 @@ NUMBER = {
     "desired_torque_adaptive": {"pole": 70.0},
 }
 PERIOD = 1e-3
+# quick: every law on one machine, and one law on every machine
+pytestmark = pytest.mark.quick("*-nist-octahedral", "computed torque-*")
 
 
 @pytest.fixture(params=LAWS, scope="module")
@@ -78,60 +80,73 @@ def rest(machine):
     return tick.rest_row(machine, x), machine.inverse_dynamics(x, np.zeros(d), np.zeros(d))
 
 
-def stepped(law, state, r, y):
-    """Tasks and step of a sample in which all are due, in CasADi's interpreter on numbers: force and next state."""
-    theta = ca.SX.sym("theta", len(law.theta))
-    before = state
-    for task in law.tasks():
-        before = unflatten(state, ca.SX(flatten(task.step(before, r, y, theta))))
-    command, after = law.step(before, r, y, theta)
-    outputs = [ca.SX(command.u), ca.SX(flatten(unflatten(state, ca.SX(flatten(after)))))]
-    u, after = ca.Function("step", [theta], outputs)(law.theta)
-    return np.array(u).ravel(), unflatten(state, np.array(after).ravel())
-
-
-def test_the_first_step_gives_the_forces_at_rest(law, machine, rest):
+def sample_of(law, rest):
+    """Tasks and step of a sample in which all are due, in CasADi's interpreter: (state, r, y) -> force, next state."""
     r, u0 = rest
-    u, _ = stepped(law, law.init(r, u0), r, Measurement(r.q, u0))
+    state = law.init(r, u0)
+    at = [symbols(tree) for tree in (state, r, Measurement(r.q, u0))]
+    theta = ca.SX.sym("theta", len(law.theta))
+    before = at[0]
+    for task in law.tasks():
+        before = unflatten(state, ca.SX(flatten(task.step(before, *at[1:], theta))))
+    command, after = law.step(before, *at[1:], theta)
+    outputs = [ca.SX(command.u), ca.SX(flatten(unflatten(state, ca.SX(flatten(after)))))]
+    function = ca.Function("sample", [*(ca.SX(flatten(tree)) for tree in at), theta], outputs)
+
+    def sample(*trees):
+        u, after = function(*(flatten(tree) for tree in trees), law.theta)
+        return np.array(u).ravel(), unflatten(state, np.array(after).ravel())
+
+    return sample
+
+
+@pytest.fixture(scope="module")
+def sample(law, rest):
+    return sample_of(law, rest)
+
+
+def test_the_first_step_gives_the_forces_at_rest(law, machine, rest, sample):
+    r, u0 = rest
+    u, _ = sample(law.init(r, u0), r, Measurement(r.q, u0))
     # 1e-8: the residual of two Newton steps, 1e-15 m, times K_P and the mass
     np.testing.assert_allclose(u, u0, rtol=0, atol=1e-8 * np.abs(u0).max())
 
 
-def test_other_forces_at_rest_are_taken_over_too(law, machine, rest):
+def test_other_forces_at_rest_are_taken_over_too(law, machine, rest, sample):
     """A payload nobody told the law about must not make it jump."""
     r, u0 = rest
     loaded = u0 * 1.3 + 50
-    u, _ = stepped(law, law.init(r, loaded), r, Measurement(r.q, loaded))
+    u, _ = sample(law.init(r, loaded), r, Measurement(r.q, loaded))
     np.testing.assert_allclose(u, loaded, rtol=0, atol=1e-8 * np.abs(loaded).max())
 
 
-def test_at_rest_nothing_moves(law, machine, rest):
+def test_at_rest_nothing_moves(law, machine, rest, sample):
     r, u0 = rest
     state = law.init(r, u0)
     for _ in range(3):
-        u, state = stepped(law, state, r, Measurement(r.q, u0))
+        u, state = sample(state, r, Measurement(r.q, u0))
     np.testing.assert_allclose(u, u0, rtol=0, atol=1e-7 * np.abs(u0).max())
 
 
 def test_the_same_in_gives_the_same_out(law, machine, rest):
     r, u0 = rest
     state, y = law.init(r, u0), Measurement(r.q + 1e-5, u0)
-    first, second = (stepped(law, state, r, y) for _ in range(2))
+    first, second = (sample_of(law, rest)(state, r, y) for _ in range(2))  # also when its equations are made anew
     np.testing.assert_array_equal(first[0], second[0])
     np.testing.assert_array_equal(flatten(first[1]), flatten(second[1]))
 
 
-def test_a_joint_that_is_behind_is_pushed_on(law, machine, rest):
+def test_a_joint_that_is_behind_is_pushed_on(law, machine, rest, sample):
     """e is reference minus measured, and u > 0 pushes a joint the way its coordinate grows."""
     r, u0 = rest
     state = law.init(r, u0)
     for i in range(machine.joints_count):
         q = r.q - 1e-5 * (np.arange(machine.joints_count) == i)
-        u, _ = stepped(law, state, r, Measurement(q, u0))
+        u, _ = sample(state, r, Measurement(q, u0))
         assert u[i] > u0[i]
 
 
-def test_a_saturated_drive_stops_integrals_and_learning(law, machine, rest):
+def test_a_saturated_drive_stops_integrals_and_learning(law, machine, rest, sample):
     if law.kind not in LEARNED:
         pytest.skip("integrates nothing, learns nothing")
     r, u0 = rest
@@ -140,7 +155,7 @@ def test_a_saturated_drive_stops_integrals_and_learning(law, machine, rest):
     for applied, moves in ((u0, True), (limit, False), (-limit, False)):
         after = state
         for _ in range(2):  # a task learns from what the step of the sample before left
-            _, after = stepped(law, after, r, Measurement(r.q - 1e-5, applied))
+            _, after = sample(after, r, Measurement(r.q - 1e-5, applied))
         assert np.any(getattr(after, LEARNED[law.kind]) != getattr(state, LEARNED[law.kind])) == moves
 
 
@@ -161,6 +176,7 @@ def test_numbers_are_told_apart_from_equations(law):
     assert not np.array_equal(other.theta, law.theta)
 
 
+@pytest.mark.quick("pid-nist-octahedral", "computed torque-nist-octahedral")
 def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
     circle = gk.Circle(radius=0.05, feed=0.05)

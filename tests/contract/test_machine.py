@@ -201,6 +201,7 @@ def test_the_coriolis_form_is_passive_and_says_the_same_as_inverse_dynamics(mach
 SPRING = 2e5  # N/m at each joint, at rest at home: oscillations of some 3 to 10 Hz
 
 
+@pytest.mark.quick("nist-octahedral", "eth-hexaglide")
 def test_a_machine_let_go_on_springs_keeps_its_energy(machine):
     """Kinetic energy V' M V / 2 and that of the springs, over 2 s without gravity and friction."""
     m = machine.frictionless().replace(gravity=[0.0, 0.0, 0.0])

@@ -70,6 +70,7 @@ def moment(machine, law, rng):
     return state, r, now, before, Measurement(machine.inverse_kinematics(now), applied)
 
 
+@pytest.mark.quick("cdac-as it comes", "fcdac-in the boundary layer, leaking", "cdac-at the measured motion")
 @pytest.mark.parametrize("setting", SETTINGS)
 @pytest.mark.parametrize("name", LAWS)
 def test_forces_and_estimates_are_those_of_the_equations_derived_from_energies(machine, name, setting):

@@ -53,6 +53,7 @@ def numbers(value):
 # -- the model ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("okuma-pm600", "eth-hexaglide")
 def test_the_model_is_the_machines_inverse_dynamics_with_friction(machine):
     names, values, _ = machine.parameters_of(friction=True)
     p = values + np.array([name.startswith("friction") * 20.0 for name in names])  # some friction for all
@@ -99,6 +100,7 @@ def cycle(law, state, r, y):
     return np.array(u).ravel(), unflatten(state, np.array(after).ravel())
 
 
+@pytest.mark.quick("eth-hexaglide")
 def test_frozen_it_is_computed_torque_on_the_desired_motion(machine):
     """u = M V' + h + friction on the reference, and J^-T M J^-1 (w^2 e + 2 w e') beside it."""
     law = gk.DesiredTorqueAdaptive(pole=200.0, learn=[], friction_smoothing=1e-9).on(machine, PERIOD)
@@ -179,6 +181,7 @@ def test_the_observer_by_euler_leaves_the_acceleration_times_a_sample_over_the_p
 # -- learning -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("eth-hexaglide")
 def test_a_step_of_learning_lowers_the_error_of_the_estimates_in_the_metric_of_the_factors(machine):
     """With the lag that wrong parameters cause, a = M_q^-1 Psi d, d = p* - p:  d' G^-1 p' = |M_q^-1 Psi d|^2."""
     law = gk.DesiredTorqueAdaptive(pole=200.0, friction_smoothing=1e-9).on(machine, PERIOD)
@@ -224,6 +227,7 @@ def test_the_error_of_one_parameter_dies_at_its_learning_factor(ideal):
     assert (log["controller.parameters"][:, others] == log["controller.parameters"][0, others]).all()
 
 
+@pytest.mark.quick("eth-hexaglide")
 def test_physical_estimates_do_not_fall_below_zero(machine):
     law = gk.DesiredTorqueAdaptive(pole=200.0, physical=True, learning=1e9).on(machine, PERIOD)
     rest = tick.rest_row(machine, machine.home)

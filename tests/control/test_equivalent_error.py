@@ -66,10 +66,12 @@ def state_near(machine, row, rng):
     return x, xd, machine.coordinates(x), speed
 
 
+@pytest.mark.quick("*-nist-octahedral")
 def test_error_dynamics_have_at_most_20000_operations(law, rows):
     assert law.error_dynamics(rows[0]).n_instructions() <= 20_000
 
 
+@pytest.mark.quick("linear-ccu-3prs", "local-nist-octahedral", "conic-eth-hexaglide")
 def test_the_errors_change_as_their_dynamics_say(law, machine, rows):
     """E along the machine's own motion under constant forces, by differences, against W + G u.
 
@@ -136,6 +138,7 @@ def turned_frame(flat, t_old, t_new):
     return type(frame_at(np.zeros(3)))(*(R @ flat[k : k + 3] for k in (0, 3, 6)))
 
 
+@pytest.mark.quick("linear-eth-hexaglide", "local-nist-octahedral", "conic-nist-octahedral")
 def test_the_command_is_what_inverting_the_error_dynamics_gives(law, machine, rows):
     """u = G^-1 (-W - b E' - c E - K sat(s / delta)), eq. (9), without the inverse dynamics that the law uses."""
     rng, row = np.random.default_rng(9), rows[8]
@@ -191,6 +194,7 @@ def test_the_linear_estimate_is_that_of_the_paper_and_its_error_falls_with_the_s
     assert worst[0] < 1e-5  # rad, of 1 mm
 
 
+@pytest.mark.full
 def test_contour_errors_know_nothing_of_the_tangential_error():
     """A tool that starts 0.2 mm ahead on the path comes back along it: it overshoots, its integral returns to zero."""
     m = load("ccu-3prs")
@@ -208,6 +212,7 @@ def test_contour_errors_know_nothing_of_the_tangential_error():
     assert np.abs(np.hypot(d[:, 0], d[:, 1]) - 0.05).max() < 2e-8 and np.abs(d[:, 2]).max() < 2e-8
 
 
+@pytest.mark.full
 def test_without_a_bump_the_weight_that_the_model_does_not_know_is_held_and_without_it_falls():
     m = load("ccu-3prs")
     heavy = gk.Plant(machine=m.replace(**{"platform.mass": 60.0}))

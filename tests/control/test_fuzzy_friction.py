@@ -85,6 +85,7 @@ def test_entries_stay_within_their_strength(law):
     assert np.array(after).max() == 800.0
 
 
+@pytest.mark.full
 def test_it_learns_a_stribeck_curve_it_was_never_told(law):
     """The update (17) alone, with the error that a wrong force makes: s proportional to what is missing."""
     f = compensation(law)

@@ -34,6 +34,7 @@ def assert_same_poles(found, expected, relative):
         assert abs(pole - nearest) < relative * abs(nearest), (pole, nearest)
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_computed_torque_has_the_poles_it_was_given_in_all_six_directions(machine):
     """(s + 60)(s + 100)(s + 200), six times: the model cancels masses and couplings."""
     found = decay_rates(machine, gk.ComputedTorque(poles=[60.0, 100.0, 200.0]))
@@ -51,6 +52,7 @@ def test_computed_torque_by_bandwidth_is_by_poles(machine):
     )
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_the_cascade_has_the_poles_of_its_coupled_joints(machine):
     """M_q q'' = D w (v_c - v + w_i int), v_c = K_v e: in each direction of M_q^-1 D with eigenvalue k,
 

@@ -70,6 +70,7 @@ def number(machine, expression):
     return np.array(ca.evalf(ca.SX(expression)))
 
 
+@pytest.mark.full
 def test_without_learning_and_sliding_it_is_computed_torque(nist):
     """docs/theory/sliding.md, the last section: K_D = k M(z) gives the gains L + k and k L, plus C(V) sigma."""
     machine = nist.replace(**{"friction.coulomb": 1e-12, "friction.static": 1e-12, "friction.viscous": 0.0})
@@ -119,6 +120,7 @@ def test_the_nine_parameters_of_the_paper_are_all_there_are(nist):
         assert np.abs(force.ravel() - Y @ given).max() < 1e-12 * np.abs(Y).max()
 
 
+@pytest.mark.full
 def test_what_is_learned_is_the_power_of_the_error(nist):
     """theta' = g d(sigma' f)/dtheta, by differences of the law's own force."""
     law = gk.RobustAdaptive(slope=100.0, damping=300.0, regressor="actual", inertia_rate=0.5).on(nist, PERIOD)
@@ -227,6 +229,7 @@ def test_friction_that_is_not_believed_cannot_be_scaled(nist):
         gk.RobustAdaptive(slope=100.0, damping=200.0).on(nist.replace(friction=None), PERIOD)
 
 
+@pytest.mark.quick("*-400.0")
 @pytest.mark.parametrize("sliding", [0.0, 400.0])
 @pytest.mark.parametrize("delay", [0, 1])
 def test_the_slowest_period_it_takes_is_where_the_loop_goes_unstable(nist, delay, sliding):

@@ -155,6 +155,7 @@ def test_every_pulse_of_176_n_is_told_within_10_ms_and_nothing_else(emps):
     assert watch.of("breakage") == []
 
 
+@pytest.mark.full
 def test_laws_of_friction_are_judged_by_motion_held_out(gough_json):
     """Viscous friction that differs by direction explains this axis better than the published law, Stribeck less."""
     found = gough_json("identify", DATA, "--machine", "emps", "--compare")

@@ -74,6 +74,7 @@ def test_a_number_without_physical_sense_is_refused_with_its_line(complaints, te
     assert line.startswith(expected)
 
 
+@pytest.mark.full
 def test_p5_a_loop_that_grows_is_a_warning_with_its_number_and_with_strict_an_error(gough, write):
     """60 Hz in the position loop asks for a speed loop beyond what 1 ms can sample."""
     write("f.toml", EXPERIMENT, {'kind = "pid"\nbandwidth = "10 Hz"': 'kind = "pid"\nbandwidth = "60 Hz"'})

@@ -77,6 +77,7 @@ def test_a_machine_at_rest_shows_six_combinations_at_most():
     assert inertial <= named(rows, base, "not")
 
 
+@pytest.mark.quick("eth-hexaglide")
 @pytest.mark.parametrize("name", ["nist-octahedral", "okuma-pm600", "eth-hexaglide"])
 def test_base_parameters_carry_the_whole_force(name):
     """Y pi = Y[:, kept] (K pi) for any pi: nothing that acts is lost in the grouping.  1e-11: RELIABILITY C1."""

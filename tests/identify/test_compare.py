@@ -33,6 +33,7 @@ def planted(motion, law, noise=1.0):
     return compare(rows_of_motion(machine, x, xd, xdd, u))
 
 
+@pytest.mark.quick("stribeck", "coulomb, viscous")
 @pytest.mark.parametrize("law", PLANTED)
 def test_the_law_that_was_planted_is_the_one_that_is_told(motion, law):
     compared = planted(motion, law)

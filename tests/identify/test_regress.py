@@ -66,6 +66,7 @@ def remembering(rng, shape):
     return out
 
 
+@pytest.mark.full
 def test_intervals_of_95_percent_hold_the_truth_in_90_to_98_of_100_trials_with_1_percent_noise():
     """RELIABILITY C1.  60 trials of 23 parameters; the pooled share has a deviation below 0.01."""
     share, bias = coverage("eth-hexaglide", 60, white)

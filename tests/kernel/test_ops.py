@@ -120,6 +120,7 @@ def arguments(name, count, rng):
     return np.vstack([awkward, ordinary])
 
 
+@pytest.mark.quick("*-1", "*-4")
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
 @pytest.mark.parametrize("name", [*ONE, *TWO])
 def test_an_operation_gives_what_the_interpreter_gives(name, lanes):
@@ -206,6 +207,7 @@ def test_a_symbol_that_is_no_input_is_named():
         trace(ca.Function("f", [x], [x * stranger], {"allow_free": True}))
 
 
+@pytest.mark.quick("4")
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
 def test_erfinv_agrees_up_to_the_last_numbers_below_one(lanes):
     """Its Newton steps divide by a slope vanishing there: libmvec's erf gave 1e-3 relative, fused products 1e-12."""

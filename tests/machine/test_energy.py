@@ -118,6 +118,7 @@ def quick_and_slow(names):
     return [pytest.param(name, marks=marks[name]) if name in marks else name for name in names]
 
 
+@pytest.mark.quick("nist-octahedral")
 @pytest.mark.parametrize("name", quick_and_slow([*MACHINES, *HEXAGLIDES]))
 def test_energy_drifts_by_less_than_1e_8_in_ten_seconds_without_friction(name):
     m = (MACHINES | HEXAGLIDES)[name]().frictionless()
@@ -172,6 +173,7 @@ def machine_with(name):
     return m.replace(**{"joints.friction": IN_JOINTS}) if base == "full-general" else m
 
 
+@pytest.mark.quick("nist-octahedral")
 @pytest.mark.parametrize("name", quick_and_slow([*LAWS, "nist-octahedral", "okuma-pm600", "eth-hexaglide"]))
 def test_energy_lost_is_the_work_of_friction(name):
     m = machine_with(name)

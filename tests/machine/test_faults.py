@@ -124,6 +124,7 @@ def test_k2_the_condition_number_is_the_same_for_lengths_in_any_unit(nist):
     assert_allclose(condition(big, big.jacobian(x * [10, 10, 10, 1, 1, 1])), small, rtol=1e-12)
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_k3_at_the_singular_pose_no_force_is_given(library_machine):
     m = wide(library_machine)
     x = m.home + np.array(FICHTER)

@@ -62,6 +62,7 @@ def relative(found, wanted):
 # -- against energies -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("hexaglide-with-legs")
 def test_inverse_dynamics_are_those_of_the_energies(machine, oracle, states):
     x, V, Vd, wrench = states
     assert relative(machine.inverse_dynamics(x, V, Vd, wrench), oracle.joint_forces(x, V, Vd, wrench)) < AGREE
@@ -76,6 +77,7 @@ def test_places_and_jacobian_are_those_of_the_oracle(machine, oracle, states):
         assert_allclose(qd[k], np.array(oracle.length_rate(x[k])) @ yd, atol=1e-13)
 
 
+@pytest.mark.quick("hexaglide-with-legs")
 def test_kinetic_energy_is_half_V_M_V(machine, oracle, states):
     x, V, *_ = states
     T = np.einsum("ki,kij,kj->k", V, machine.mass_matrix(x), V) / 2
@@ -98,6 +100,7 @@ def test_bias_is_that_of_christoffels_symbols_of_the_mass_matrix(machine, oracle
         assert_allclose(ours, wanted, atol=1e-11 * np.abs(wanted).max())
 
 
+@pytest.mark.quick("hexaglide-with-legs")
 def test_power_of_the_forces_is_the_rate_of_the_energy(machine, oracle, states):
     """u . q' + wrench . V = d/dt (T + U), with T and U of the oracle differentiated along the motion."""
     x, V, Vd, wrench = states
@@ -206,6 +209,7 @@ def test_the_side_of_the_sheet_is_the_branch_of_every_leg(eth):
     assert (np.sign(q - B) == eth.rails.side).all()
 
 
+@pytest.mark.quick("eth-hexaglide", "hexaglide-with-legs")
 def test_legs_keep_their_length_on_the_branch_that_forward_kinematics_found(machine):
     x = random_poses(machine, 200, np.random.default_rng(5))
     q = machine.inverse_kinematics(x)

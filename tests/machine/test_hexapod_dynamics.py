@@ -24,6 +24,7 @@ def relative(found, wanted):
 # -- against energies -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_inverse_dynamics_are_those_of_the_energies(machine, oracle, states):
     x, V, Vd, wrench = states
     assert relative(machine.inverse_dynamics(x, V, Vd, wrench), oracle.joint_forces(x, V, Vd, wrench)) < AGREE
@@ -38,6 +39,7 @@ def test_lengths_and_jacobian_are_those_of_the_oracle(machine, oracle, states):
         assert_allclose(qd[k], np.array(oracle.length_rate(x[k])) @ yd, atol=1e-13)  # a few m/s, rounding
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_kinetic_energy_is_half_V_M_V(machine, oracle, states):
     x, V, *_ = states
     T = np.einsum("ki,kij,kj->k", V, machine.mass_matrix(x), V) / 2
@@ -47,6 +49,7 @@ def test_kinetic_energy_is_half_V_M_V(machine, oracle, states):
     assert_allclose(T, wanted, rtol=1e-12)
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_power_of_the_forces_is_the_rate_of_the_energy(machine, oracle, states):
     """u . q' + wrench . V = d/dt (T + U), with T and U of the oracle differentiated along the motion."""
     x, V, Vd, wrench = states
@@ -60,6 +63,7 @@ def test_power_of_the_forces_is_the_rate_of_the_energy(machine, oracle, states):
     assert (np.abs(power - wanted) / scale).max() < 1e-12
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_bias_is_that_of_christoffels_symbols_of_the_mass_matrix(machine, oracle, states):
     """Velocity terms follow from M alone.  Christoffel's C also makes M' - 2 C antisymmetric."""
     x, V, *_ = states
@@ -88,6 +92,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(machine, states):
     assert np.linalg.eigvalsh(M).min() > 0
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_bias_does_no_work_but_that_of_gravity_and_of_the_changing_mass(machine, states):
     """V . (M' V / 2 - h(V) + h(0)) = 0, the passivity of M' - 2 C, from the machine's own M."""
     x, V, *_ = states
@@ -104,6 +109,7 @@ def test_bias_does_no_work_but_that_of_gravity_and_of_the_changing_mass(machine,
         assert abs(float(found)) < 1e-12 * float(scale)
 
 
+@pytest.mark.quick("full-general")
 def test_forward_dynamics_undo_inverse_dynamics(machine, states):
     x, V, Vd, wrench = states
     u = machine.inverse_dynamics(x, V, Vd, wrench)
@@ -118,6 +124,7 @@ def test_inverse_force_is_mass_times_acceleration_plus_bias(machine, states):
     assert relative(np.einsum("kji,kj->ki", machine.jacobian(x), u), tau) < AGREE
 
 
+@pytest.mark.quick("full-general")
 def test_regressor_times_parameters_is_inverse_dynamics(machine, states):
     x, V, Vd, _ = states
     found = machine.regressor(x, V, Vd) @ machine.parameters.values
@@ -190,6 +197,7 @@ def massless(m):
     )
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_free_platform_keeps_its_momentum(machine):
     m = massless(machine)
     p, theta = m.symbols

@@ -120,6 +120,7 @@ def in_other_units(m):
     return m.replace(**changes)
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_forces_do_not_depend_on_the_units_of_length_mass_and_time(machine, states):
     x, V, Vd, wrench = (piece[:200] for piece in states)
     u = machine.inverse_dynamics(x, V, Vd, wrench)

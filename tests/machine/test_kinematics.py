@@ -34,6 +34,7 @@ def angle_between(x, y):
 # -- the promise of the issue -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_forward_undoes_inverse_kinematics_from_5_mm_and_1_deg_away(library_machine):
     m, rng = library_machine, np.random.default_rng(100)
     x = random_poses(m, N, rng)
@@ -45,6 +46,7 @@ def test_forward_undoes_inverse_kinematics_from_5_mm_and_1_deg_away(library_mach
     assert angle_between(found, x).max() < 1e-10  # rad
 
 
+@pytest.mark.quick("okuma-pm600")
 def test_forward_kinematics_from_home_is_right_or_refused(library_machine):
     m, rng = library_machine, np.random.default_rng(101)
     x = random_poses(m, N, rng)
@@ -113,6 +115,7 @@ def path(m, t, rng):
     return np.concatenate([x0[:3] + v * t + a * t**2 / 2, abc_of_rotation_np(R)], 1), np.r_[v, w], np.r_[a, wd]
 
 
+@pytest.mark.quick("nist-octahedral", "full-general")
 def test_joint_rates_and_accelerations_are_the_differences_of_lengths(machine):
     rng = np.random.default_rng(105)
     h = 1e-3

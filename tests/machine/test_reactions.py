@@ -78,6 +78,7 @@ def residuals(m, bodies, x, V, Vd, wrench, net, found, t_B=None, t_A=None):
     return np.concatenate([force, moment, *missing]), scale
 
 
+@pytest.mark.quick("full-general")
 def test_platform_tubes_and_sleeves_are_in_equilibrium_under_the_reactions(guided):
     m, bodies = guided
     x, V, Vd, wrench = motions(m)
@@ -90,6 +91,7 @@ def test_platform_tubes_and_sleeves_are_in_equilibrium_under_the_reactions(guide
     assert_allclose(found.normal, sizes[0] + sizes[1], rtol=1e-12)
 
 
+@pytest.mark.quick("full-general")
 def test_equilibrium_holds_with_the_friction_of_the_joints_and_it_takes_power_only(guided):
     """Net forces from the equations of motion with joint friction, reactions from the free bodies: both must agree."""
     m, bodies = guided
@@ -118,6 +120,7 @@ def test_equilibrium_holds_with_the_friction_of_the_joints_and_it_takes_power_on
         assert -extra_n @ V == pytest.approx(power, rel=1e-10) and power > 0
 
 
+@pytest.mark.quick("full-general")
 def test_loads_are_the_reactions_of_the_motion_they_are_asked_for(guided):
     """`loads_of` at the forces and accelerations of a motion: normal forces and sizes of the reactions, in order."""
     m, _ = guided

@@ -37,6 +37,7 @@ def test_the_first_row_out_of_reach_is_named_with_its_place(ccu):
     assert caught.value.problems[0].where == "t = 0.5 s"
 
 
+@pytest.mark.full
 def test_a_run_beyond_a_rail_names_slider_value_limit_and_time(ccu):
     short = ccu.replace(**{"limits.travel": [0.36, 0.39], "limits.workspace": None})
     log = gk.simulate(short, gk.PID(bandwidth=10.0), gk.Circle(radius=0.05, feed=0.1, center=[-0.05, 0.0, 0.0]))

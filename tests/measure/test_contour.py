@@ -64,6 +64,7 @@ PATHS = {
 }
 
 
+@pytest.mark.quick("1e-05-mixed", "1e-09-zigzag")
 @pytest.mark.parametrize("name", PATHS)
 @pytest.mark.parametrize("size", [1e-9, 1e-5, 2e-3])
 def test_distance_and_lag_agree_with_brute_force(name, size, machine):
@@ -280,6 +281,7 @@ def test_an_ellipse_is_measured(machine):
     np.testing.assert_allclose(found.lag, 0, atol=1e-9)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "which, budget", [("long segments", 2e-6), ("segments of 0.1 mm", 10e-6)], ids=["long", "short"]
 )

@@ -92,6 +92,7 @@ def test_lugre_is_a_spring_and_a_damper_before_it_slides():
     assert_allclose(force(p, 1e-9, 0.0), (8.85e5 + 930) * 1e-9, rtol=1e-12)
 
 
+@pytest.mark.full
 def test_lugre_memory_stays_within_static_friction_for_any_step_and_speed():
     p = LuGre(**STRIBECK, **BRISTLES)
     rng = np.random.default_rng(0)
@@ -175,6 +176,7 @@ def stopping(p, mass, h, duration):
     return np.array(step.mapaccum(round(duration / h))(ca.DM([0.0, 1.0, settled]))).T
 
 
+@pytest.mark.full
 def test_a_strut_stopping_from_1_m_s_is_right_to_half_a_micron_at_a_quarter_millisecond():
     """nist-octahedral: moving tube and reflected screw, 351 kg; the answer is that of steps of 1 us."""
     m = load_machine("nist-octahedral")

@@ -82,6 +82,7 @@ def test_breakaway_comes_after_a_way_in_proportion_to_the_load():
     assert_allclose(ways, [240e-9, 480e-9], rtol=1e-5)
 
 
+@pytest.mark.full
 def test_bristles_give_no_energy_back_whatever_the_load_does():
     """Passive from speed to force: the work of F over any motion is at least what is left in the bristles, s0 z^2 / 2.
 

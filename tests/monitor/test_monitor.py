@@ -220,6 +220,7 @@ def files(tmp_path, ideal, cutting):
     return tmp_path
 
 
+@pytest.mark.full
 def test_the_command_says_peaks_and_events_and_writes_them(gough, files):
     done = gough("monitor", files / "log.csv", "-m", "okuma-pm600", "--map", files / "map.toml", "--alarm", "2 kN")
     assert done.status == 0
@@ -264,6 +265,7 @@ def test_what_is_wrong_ends_with_status_2_and_a_line(gough, files, options, mess
     assert not (files / "results" / "log-force").exists()
 
 
+@pytest.mark.full
 def test_a_file_that_is_still_written_is_followed_to_its_end(gough, files):
     text = (files / "log.csv").read_text()
     grown = files / "grown.csv"

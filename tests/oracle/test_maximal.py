@@ -47,12 +47,14 @@ def case(request):
     return m, Maximal(m), x, v, u, w
 
 
+@pytest.mark.quick("oblique")
 def test_the_sliders_stand_where_nine_constraints_put_them(case):
     m, oracle, x, *_ = case
     for row, q in zip(x, m.inverse_kinematics(x), strict=True):
         assert_allclose(q, oracle.stand(row)[0], rtol=0, atol=1e-13)
 
 
+@pytest.mark.quick("oblique")
 def test_accelerations_are_those_of_lagranges_equations_with_multipliers(case):
     m, oracle, x, v, u, w = case
     found = m.forward_dynamics(x, v, u, w)
@@ -61,6 +63,7 @@ def test_accelerations_are_those_of_lagranges_equations_with_multipliers(case):
     assert_allclose(found, wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())
 
 
+@pytest.mark.quick("oblique")
 def test_forces_in_the_spherical_joints_are_the_multipliers_of_the_joints_themselves(case):
     """Three multipliers of the closure, by eq. (7) of tripod_reactions.py, against nine of the cut joints."""
     m, oracle, x, v, u, w = case
@@ -69,6 +72,7 @@ def test_forces_in_the_spherical_joints_are_the_multipliers_of_the_joints_themse
     assert_allclose(found, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
 
 
+@pytest.mark.quick("oblique")
 def test_inverse_dynamics_give_back_the_forces_of_the_sliders(case):
     m, oracle, x, v, u, w = case
     xdd = np.array([oracle.solve(*row).acceleration[6:9] for row in zip(x, v, u, w, strict=True)])

@@ -28,6 +28,7 @@ def machine(request):
     return _made(request.param)
 
 
+@pytest.mark.quick("everything")
 def test_mass_bias_weight_and_forward_dynamics_are_mujocos_at_1000_random_states(machine):
     engine = MuJoCo(machine)
     x, V, u, w = random_states(machine, STATES, seed=1)
@@ -87,6 +88,7 @@ def test_under_mujocos_default_loops_the_platform_hangs_a_millimetre_low_and_und
     assert hold_at_rest(machine, "stiff", 20) < 1e-8
 
 
+@pytest.mark.full
 def test_the_closed_loop_is_mujocos_within_what_halving_its_step_changes():
     """Stiff loops give way with the square of the step; what is left of that is all that parts the two."""
     m = closed_loop.machine()

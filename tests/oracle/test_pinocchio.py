@@ -27,6 +27,7 @@ def machine(request):
     return _made(request.param)
 
 
+@pytest.mark.quick("everything")
 def test_mass_bias_weight_and_forward_dynamics_are_pinocchios_at_1000_random_states(machine, tmp_path):
     engine = Pinocchio(machine, tmp_path)
     x, V, u, w = random_states(machine, STATES, seed=3)

@@ -61,6 +61,7 @@ def test_a_long_break_begins_a_new_part(record, okuma):
     assert not parts[1].good[0], "nobody knows the force before it"
 
 
+@pytest.mark.full
 def test_a_break_at_the_begin_of_a_block_is_one_too(record, okuma):
     """Blocks of text have 32768 rows."""
     long = circle(okuma, 33500)

@@ -88,6 +88,7 @@ def test_between_lines_the_tolerance_gives_the_size_in_closed_form(degrees):
     assert norm(middle)[0] == pytest.approx(0.375 * d * np.sin(phi / 2), rel=1e-7)
 
 
+@pytest.mark.quick("lines", "tilting lines")
 @pytest.mark.parametrize("name", PATHS)
 def test_position_tangent_and_curvature_have_no_jump_where_a_blend_begins_and_ends(name):
     path = random_path(2, 150, **PATHS[name])
@@ -104,6 +105,7 @@ def test_position_tangent_and_curvature_have_no_jump_where_a_blend_begins_and_en
         assert (norm(own[2] - other[2]) <= 1e-14 / found.back**2 + 1e-12 * norm(other[2])).all()
 
 
+@pytest.mark.full
 def test_angles_have_no_jump_of_value_or_rate_and_rest_in_their_bend():
     path = random_path(3, 120, tilt=0.02)
     found = blends_of(path)
@@ -124,6 +126,7 @@ def test_angles_have_no_jump_of_value_or_rate_and_rest_in_their_bend():
         assert np.abs(bend).max() < 1e-14 / found.back.min() ** 2
 
 
+@pytest.mark.full
 def test_the_tool_axis_stays_within_its_tolerance_of_the_axis_at_the_closest_point():
     path = random_path(4, 80, tilt=0.05)
     found = blends_of(path)
@@ -202,6 +205,7 @@ def test_a_block_too_short_for_both_its_blends_gives_to_the_smaller_first():
     assert found.back[1] == pytest.approx(0.16e-3 - d90, rel=1e-8)
 
 
+@pytest.mark.full
 def test_the_time_of_blends_grows_with_the_corners():
     def path(n):
         return Path(chain_of(np.cumsum(np.random.default_rng(0).normal(size=(n + 1, 3)) * 1e-3, axis=0)))

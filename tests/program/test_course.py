@@ -37,6 +37,7 @@ def test_where_nothing_is_blended_the_course_is_the_path():
     assert course_of(straight, Rules("blend", 20e-6)).stretches is None
 
 
+@pytest.mark.quick("True-0.0")
 @pytest.mark.parametrize("tilt", [0.0, 0.02])
 @pytest.mark.parametrize("placed", [False, True])
 def test_the_place_on_the_path_is_continuous_grows_and_belongs_to_its_block(tilt, placed):
@@ -89,6 +90,7 @@ CASES = {
 }
 
 
+@pytest.mark.quick("lines-*", "wide-*", "lines, arcs and helices-jerk_limited")
 @pytest.mark.parametrize("profile", ["trapezoid", "jerk_limited"])
 @pytest.mark.parametrize("name", CASES)
 def test_a_tool_that_follows_its_course_stays_within_the_tolerances_of_the_path(name, profile, machine):
@@ -218,6 +220,7 @@ def test_parts_of_every_kind_of_segment_are_those_parts():
                     np.testing.assert_allclose(own, known, atol=1e-10 * max(1, np.abs(known).max()), err_msg=what)
 
 
+@pytest.mark.full
 def test_a_course_is_made_of_a_course_no_worse():
     """Blending what is smooth changes nothing: the blends of a course have no corners."""
     course = course_of(random_path(9, 60, tilt=0.02), BLEND)

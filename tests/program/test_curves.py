@@ -68,6 +68,7 @@ def test_tangent_and_bend_are_derivatives_by_arc_length(shape):
     assert (norm(K1 - K0) / (2 * h) <= third * (1 + 1e-6)).all()
 
 
+@pytest.mark.quick("bends")
 @BOTH
 def test_sharpest_and_third_are_never_below_the_maximum_and_at_most_a_thousandth_above(shape):
     curves = Curves(shape(100, seed=4))
@@ -87,6 +88,7 @@ def test_sharpest_and_third_are_never_below_the_maximum_and_at_most_a_thousandth
     assert (curves.third() <= rate * 1.001).all()
 
 
+@pytest.mark.quick("bends")
 @BOTH
 def test_closest_point_agrees_with_a_dense_search(shape):
     curves = Curves(shape(20, seed=2))
@@ -166,6 +168,7 @@ def test_placed_curves_are_the_same_curves_moved():
     np.testing.assert_allclose(moved.bend(i, s), curves.bend(i, s) @ R.T, atol=1e-10)
 
 
+@pytest.mark.full
 def test_the_time_of_curves_grows_with_their_number():
     def asked(curves):
         i = np.random.default_rng(7).integers(0, len(curves.length), len(curves.length))

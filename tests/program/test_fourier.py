@@ -37,6 +37,7 @@ def test_the_motion_begins_and_ends_at_home_at_rest(nist, whole):
     assert motion.duration == pytest.approx(10.25)
 
 
+@pytest.mark.full
 def test_twist_and_acceleration_are_the_derivatives_of_the_pose(nist, whole):
     h = 1e-4
     r = whole.plan(nist).sample(10_000, 40_000, h)
@@ -66,6 +67,7 @@ def test_the_path_lies_where_the_motion_goes(nist, kind):
     assert (np.diff(book.s) >= -1e-12).all(), "path length never runs back"
 
 
+@pytest.mark.full
 def test_it_runs_and_its_contour_error_is_that_of_the_loop(nist, whole):
     log = gk.simulate(nist, gk.ComputedTorque(bandwidth=20.0), whole, log_every=10)
     assert not log.failed

@@ -38,6 +38,7 @@ def test_a_nul_byte_is_told_by_its_line():
     assert refusal("G21\nG0 X\0 1\nM2\n").startswith("part.ngc:2: ")
 
 
+@pytest.mark.full
 def test_a_million_moves_more_than_there_may_be_end_in_constant_memory():
     text = "G91\no1 while [1]\nG0 X1\nG0 X-1\no1 endwhile\nM2\n"
     assert "endless loop" in refusal(text, steps=20_000)

@@ -246,6 +246,7 @@ def decades(low, high):
 CELL = st.tuples(decades(1e-9, 1.0), decades(1e-4, 3.0), decades(1e-2, 1e2), st.integers(0, 9))
 
 
+@pytest.mark.full
 @settings(max_examples=80, deadline=None)
 @given(st.lists(CELL, min_size=1, max_size=40), decades(1.0, 1e5))
 def test_limits_hold_on_any_cells(rows, jerk):
@@ -254,6 +255,7 @@ def test_limits_hold_on_any_cells(rows, jerk):
     check_limits(cells, jerk_limited(cells))
 
 
+@pytest.mark.full
 @settings(max_examples=80, deadline=None)
 @given(st.lists(st.tuples(decades(1e-5, 1e-2), st.floats(-0.03, 0.03)), min_size=2, max_size=80), decades(10, 1e4))
 def test_limits_hold_on_staircases_that_are_shorter_than_their_ramps(rows, jerk):
@@ -290,6 +292,7 @@ def test_limits_hold_on_many_random_cells(seed):
         check_limits(cells, jerk_limited(cells))
 
 
+@pytest.mark.full
 def test_the_time_of_a_profile_grows_with_the_cells_half_of_them_valleys():
     def cells(n):
         rng = np.random.default_rng(0)

@@ -55,6 +55,7 @@ def strain(path, feed, machine, step=0.37e-3):
     return np.abs(qd).max() / machine.limits.speed, np.abs(qdd).max() / machine.limits.acceleration
 
 
+@pytest.mark.quick("*-trapezoid", "line-0.08-0.6-jerk_limited", "*-0.05-10.0-jerk_limited")
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("speed, acceleration", [(0.05, 10.0), (1.0, 0.4), (0.08, 0.6)])
 @pytest.mark.parametrize("name", PATHS)
@@ -104,6 +105,7 @@ def second_order_optimum(path, machine, feed, count=1500):
     return (2 * L / n / (v[1:] + v[:-1])).sum()
 
 
+@pytest.mark.quick("0.1-1.0-*")
 @pytest.mark.parametrize("name", ["line", "line with tilt", "circle"])
 @pytest.mark.parametrize("speed, acceleration", [(0.1, 1.0), (0.3, 0.7), (1.0, 0.5)])
 def test_the_time_is_near_the_optimum(name, speed, acceleration, machine):

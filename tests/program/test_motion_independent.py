@@ -193,6 +193,7 @@ def check(seed, profile, options, machine):
     check_path(got, tolerance)
 
 
+@pytest.mark.quick("trapezoid-options0", "jerk_limited-options3")
 @pytest.mark.parametrize("profile, options", list(itertools.product(PROFILES, OPTIONS)))
 def test_a_motion_is_what_its_program_means_within_all_limits(profile, options, machine):
     check(50 if options else 22, profile, options, machine)  # both tilt along lines and arcs with a tool offset
@@ -274,6 +275,7 @@ def test_a_corner_takes_no_more_than_a_hundredth_above_the_optimum(degrees, tole
     assert optimum * (1 - 1e-4) <= motion.feed.duration <= optimum * 1.01
 
 
+@pytest.mark.quick("options0-*", "options1-trapezoid")
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("options", OPTIONS)
 def test_a_tool_exactly_on_its_reference_has_the_contour_error_of_its_blends_alone(options, profile, machine):

@@ -138,6 +138,7 @@ def test_every_problem_of_a_file_is_told_at_once_and_none_that_follows_from_anot
     assert [p.line for p in caught.value.problems] == [1, 3, 4]
 
 
+@pytest.mark.quick("many")
 @pytest.mark.parametrize(
     "text, last",
     [

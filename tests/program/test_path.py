@@ -112,6 +112,7 @@ def test_a_long_table_is_cut_in_the_middle_and_an_empty_one_says_so():
     assert str(Blocks()) == "0 blocks: a path has at least one block"
 
 
+@pytest.mark.full
 def test_the_time_of_paths_and_feeds_grows_with_the_blocks():
     def chain(n):
         points = np.cumsum(np.random.default_rng(0).normal(size=(n + 1, 3)) * 1e-4, axis=0)

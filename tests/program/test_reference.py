@@ -89,6 +89,7 @@ def test_a_motion_sampled_in_chunks_is_the_motion_sampled_whole_bit_for_bit(moti
             np.testing.assert_array_equal(joined, getattr(whole[which], name), err_msg=name)
 
 
+@pytest.mark.full
 def test_an_ellipse_sampled_in_chunks_is_the_ellipse_sampled_whole_bit_for_bit(machine):
     motion = Ellipse(first=0.1, second=0.02, feed=0.3, turns=1.7, plane=(0.3, 0.2, 0.1)).plan(machine)
     n = motion.count(1e-3)
@@ -205,6 +206,7 @@ CORNERS = {
 }  # fmt: skip
 
 
+@pytest.mark.quick("*-tool", "as programmed-lines")
 @pytest.mark.parametrize("name", CORNERS)
 @pytest.mark.parametrize("frame", [None, FRAME], ids=["as programmed", "frame turned"])
 def test_along_blends_splines_and_tools_every_derivative_is_that_of_the_one_before(name, frame, machine):

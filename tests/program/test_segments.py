@@ -111,6 +111,7 @@ def test_line_ends_at_its_end_bit_for_bit():
     np.testing.assert_array_equal(batch.point(np.arange(200), batch.length), ends[:, 1])
 
 
+@pytest.mark.quick("line", "arc*", "helix*", "two-turns", "round-ellipse")
 def test_closest_point_agrees_with_a_dense_search(segment):
     """Also for points far off the curve, where there are several minima, and for windows that cut it short."""
     rng = np.random.default_rng(1)

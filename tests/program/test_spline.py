@@ -212,6 +212,7 @@ def test_a_spline_that_cannot_be_is_refused(options, message):
     assert str(caught.value) == message
 
 
+@pytest.mark.full
 def test_any_points_give_a_curve_or_an_error_but_no_nan():
     rng = np.random.default_rng(4)
     for _ in range(60):

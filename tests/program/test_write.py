@@ -154,6 +154,7 @@ def test_three_decimals_move_every_end_by_half_a_micrometre_at_most(seed):
     np.testing.assert_allclose(again.sweep, arcs.sweep, atol=4 * 0.71e-6 / 5e-3)
 
 
+@pytest.mark.full
 def test_a_circle_of_whole_turns_stays_one_however_its_ends_are_rounded():
     """Start and end of a computed circle differ in their last digits, and may be rounded apart."""
     rng = np.random.default_rng(0)

@@ -14,6 +14,7 @@ import gough as gk
 CORNER = gk.Polyline(points=np.array([[0, 0, 0], [0.05, 0.05, 0.01], [0, 0.098, 0.02]]), feed=0.2, corner="constant")
 
 
+@pytest.mark.quick("False")
 @pytest.mark.parametrize("friction", [True, False])
 def test_the_corner_error_is_the_published_350_um(friction):
     machine = gk.load_machine("nist-octahedral").replace(**{"drive.torque_limit": None})

@@ -116,12 +116,14 @@ def test_figures_leave_pyplot_and_the_shared_settings_alone(short, monkeypatch):
     assert {name: matplotlib.rcParams[name] for name in names} == before
 
 
+@pytest.mark.full
 def test_figures_can_be_drawn_in_threads(short, tmp_path):
     with ThreadPoolExecutor(2) as pool:
         done = list(pool.map(lambda k: save_all(short, tmp_path / str(k)), range(2)))
     assert [p.read_bytes() for p in done[0]] == [p.read_bytes() for p in done[1]]
 
 
+@pytest.mark.full
 def test_no_picture_is_blank(logs, tmp_path):
     from matplotlib.image import imread
 
@@ -160,6 +162,7 @@ def test_a_long_reason_of_a_failure_leaves_the_picture_its_room(tmp_path, recwar
     assert not [str(one.message) for one in recwarn]
 
 
+@pytest.mark.quick("0")
 @pytest.mark.parametrize("rows", [0, 1, 2])
 def test_a_run_that_failed_at_once_is_drawn_and_marked(rows, tmp_path):
     log = make_log(seconds=rows / 1000, failed="strut 3 is too long")
@@ -167,6 +170,7 @@ def test_a_run_that_failed_at_once_is_drawn_and_marked(rows, tmp_path):
     assert any("FAILED: strut 3 is too long" in text.get_text() for text in contour_error(log).texts)
 
 
+@pytest.mark.full
 def test_a_log_with_nan_is_drawn(tmp_path):
     log = make_log(seconds=2.0, failed="no longer finite")
     for name in ("x", "q", "u", "contour_error", "radial_error"):
@@ -174,6 +178,7 @@ def test_a_log_with_nan_is_drawn(tmp_path):
     assert len(save_all(log, tmp_path)) == 6
 
 
+@pytest.mark.full
 def test_a_name_with_dollars_or_slashes_is_only_a_name(tmp_path):
     log = make_log("../$\\frac{$<b>", seconds=1.0, rate=100, failed="$x_{")
     names = {p.name for p in save_all([log, log], tmp_path)}

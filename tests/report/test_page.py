@@ -272,6 +272,7 @@ def test_the_tool_is_the_thickest_part_of_the_machine(parsed):
     assert tool["marker"]["size"] == [0, 7], "a tool without length is a dot"
 
 
+@pytest.mark.quick("0")
 @pytest.mark.parametrize("rows", [0, 1])
 def test_a_run_that_failed_at_once_still_has_its_page(rows, tmp_path):
     target = report(make_log(seconds=rows / 1000, failed="no path"), tmp_path / "new")

@@ -56,6 +56,7 @@ def test_one_lane_gives_the_single_run_to_the_last_bit(nist, plants):
         assert runs.run(i).info["plant"] == alone.info["plant"]
 
 
+@pytest.mark.quick("4")
 @pytest.mark.parametrize("lanes", [2, 4, 8])
 def test_lanes_give_the_single_run_to_rounding(nist, lanes):
     """KERNEL.md: 1e-12 relative a call between W = 8 and W = 1.
@@ -85,6 +86,7 @@ def test_no_bit_of_a_run_depends_on_its_neighbours_or_its_place(nist, plants, ba
     assert_same(gk.simulate(nist, LAW, SHORT, plant=plants[:9], seed=5).run(8), batch.run(8))
 
 
+@pytest.mark.full
 def test_metrics_without_rows_are_those_with_rows(nist, plants, batch):
     bare = gk.simulate(nist, LAW, SHORT, plant=plants, seed=5, keep="metrics")
     assert len(bare) == 0 and "x" not in bare
@@ -97,6 +99,7 @@ def test_metrics_without_rows_are_those_with_rows(nist, plants, batch):
     assert thin.run(2).metrics == batch.run(2).metrics
 
 
+@pytest.mark.full
 def test_forces_in_the_joints_are_logged_of_batches_too(nist, plants):
     """Asked for by `signals`, with dimensions of their own behind the run."""
     names = ["plant.reaction", "plant.normal_force", "x"]
@@ -133,6 +136,7 @@ def test_memory_without_rows_grows_neither_with_the_program_nor_much_with_the_ru
     assert peak(2, 16) < short + 8 * 40e3
 
 
+@pytest.mark.full
 def test_noise_of_runs_differs_with_one_seed_and_follows_the_seeds_given(nist):
     noisy = nist.replace(**{"drive.noise": 1e-6})
     one = gk.simulate(noisy, LAW, SHORT, plant=[noisy] * 3, seed=7)
@@ -147,6 +151,7 @@ def test_noise_of_runs_differs_with_one_seed_and_follows_the_seeds_given(nist):
     assert [run["seed"] for run in each.runs] == [7, 8, 7]
 
 
+@pytest.mark.full
 def test_laws_that_differ_in_numbers_run_together(nist):
     laws = [gk.PID(bandwidth=f) for f in (6.0, 9.0, 12.0)]
     runs = gk.simulate(nist, laws, SHORT, lanes=1, labels=["slow", "middle", "quick"])
@@ -157,6 +162,7 @@ def test_laws_that_differ_in_numbers_run_together(nist):
     assert error[0] > error[1] > error[2], "more bandwidth, less error"
 
 
+@pytest.mark.full
 def test_plants_that_need_other_sub_steps_are_stepped_as_alone(nist):
     """Their bristles' stiffness asks for 5 and 12 sub-steps; each is the single run, to the last bit."""
     plants = [nist, nist.replace(**{"friction.stiffness": 4e9}), nist]
@@ -268,6 +274,7 @@ def test_measure_of_a_batch_prints_a_line_a_run_and_the_worst_of_many(nist, batc
     assert len(lines) == 1 + 20 and lines[-1].startswith("median of 25  ")
 
 
+@pytest.mark.full
 def test_csv_of_a_batch_has_its_runs_below_one_another(batch, tmp_path):
     lines = batch.to_csv(tmp_path / "b.csv").read_text().splitlines()
     assert lines[1].startswith("run [1],t [s],")

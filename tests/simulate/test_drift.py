@@ -51,6 +51,7 @@ def test_what_drifts_are_the_levels_of_friction_and_nothing_else(nist):
     assert_array_equal(twice.theta[changed], 2 * nist.theta[changed])
 
 
+@pytest.mark.full
 def test_no_drift_changes_no_bit_also_beside_runs_that_drift(nist, plain):
     assert_array_equal(run(nist, gk.Plant(machine=nist, friction_drift=0.0))["x"], plain["x"])
     plants = [gk.Plant(machine=nist), gk.Plant(machine=nist, friction_drift=0.05)]
@@ -75,6 +76,7 @@ def test_friction_at_t_is_that_of_the_sheet_times_one_plus_the_drift_times_t(nis
     assert_allclose(log["plant.friction_scale"], 1 + rate * log["t"], rtol=1e-14)
 
 
+@pytest.mark.full
 def test_loads_that_scale_friction_and_friction_of_passive_joints_drift_too(nist):
     """Over 1.3 s at -90 % a second all of it is gone: what is left is the machine without any."""
     true = nist.replace(friction=LoadStribeck(coulomb=0.18, viscous=0.5, viscous_offset=94.0, smoothing=1e-3))
@@ -105,6 +107,7 @@ def test_bristles_bear_friction_that_fades_to_nothing(nist):
     assert friction[t > 1.2].max() < 0.01 * most
 
 
+@pytest.mark.full
 def test_sub_steps_are_chosen_for_the_most_friction_there_will_be(nist):
     stiff = nist.replace(friction=Stribeck(coulomb=300.0, smoothing=2e-4), **{"joints.friction": None})
     log = run(nist, gk.Plant(machine=stiff, friction_drift=1.0))

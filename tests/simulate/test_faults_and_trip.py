@@ -149,6 +149,7 @@ def test_in_a_batch_only_the_faulty_run_trips(nist):
     assert len(runs.run(1)) == 300 and len(runs.run(2)) == len(runs)
 
 
+@pytest.mark.full
 def test_a_slower_law_is_watched_every_sample(nist):
     log = run(nist, {"kind": "dropout", "joint": 5, "start": 0.3}, law=gk.PID(bandwidth=6.0, period=2e-3), ferror=1e-3)
     assert log.failed and len(log) == 300
@@ -167,6 +168,7 @@ def test_limits_that_make_no_sense_are_refused(nist, options, message):
         gk.simulate(nist, gk.PID(bandwidth=8.0), CIRCLE, **options)
 
 
+@pytest.mark.full
 def test_both_limits_need_the_machines_greatest_speed(nist):
     slow = nist.replace(**{"limits.speed": None})
     with pytest.raises(ExperimentError, match=r"^run.min_ferror: .* needs the machine's limits.speed; write speed"):

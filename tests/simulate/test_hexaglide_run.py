@@ -66,6 +66,7 @@ def test_what_is_read_says_carriage(logs):
     assert any(axes.get_title(loc=place).startswith("Carriage forces") for place in ("left", "center", "right"))
 
 
+@pytest.mark.full
 def test_the_page_says_carriage_and_nothing_of_struts(tmp_path, gough):
     Path("c.toml").write_text(
         'schema = "gough-experiment-1"\n[machine]\nuse = "eth-hexaglide"\n'

@@ -67,6 +67,7 @@ def test_friction_is_the_coefficients_times_the_normal_force_away_from_rest(nist
     assert (np.abs(d["friction"] - wanted)[1:] < 5e-3 * np.abs(wanted)[1:])[quiet & fast[1:]].all()
 
 
+@pytest.mark.full
 def test_a_machine_without_guides_has_reactions_but_no_normal_force():
     okuma = gk.load_machine("okuma-pm600")
     law = gk.ComputedTorque(bandwidth=16.0)
@@ -89,6 +90,7 @@ def trajectory(machine):
     return gk.simulate(machine, law, gk.Circle(radius=0.02, feed=0.1), signals=["x", "friction", "u"])
 
 
+@pytest.mark.full
 def test_with_coefficients_of_zero_it_is_the_machine_of_constant_friction(nist):
     """mu = 0: what is left are the offsets, and the joints turn without friction."""
     constant = nist.replace(friction=LuGre(coulomb=300.0, viscous=930.0, **BRISTLES), **{"joints.friction": None})

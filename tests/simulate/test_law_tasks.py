@@ -91,6 +91,7 @@ def test_tasks_run_at_their_multiples_from_sample_0_on_before_the_step_and_in_th
     np.testing.assert_array_equal(log["controller.seen"], 100 * (k // 3 + 1) + slower)
 
 
+@pytest.mark.full
 def test_a_law_slower_than_the_plant_has_tasks_at_multiples_of_its_own_period(machine):
     law = Counting(period=2e-3, slow_period=6e-3, slower_period=4e-3, stiffness=1e6, damping=4e4)
     log = gk.simulate(machine, law, SHORT)
@@ -115,6 +116,7 @@ def test_tasks_in_plain_numpy_are_the_same_run(machine):
     np.testing.assert_allclose(slow["x"], fast["x"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.full
 def test_runs_side_by_side_have_their_tasks_too(machine):
     laws = [Counting(stiffness=k) for k in (4e6, 3e6)]
     log = gk.simulate(machine, laws, SHORT, lanes=1)

@@ -57,6 +57,7 @@ def test_without_gravity_no_force_turns_with_the_pose(nist):
     assert not np.abs(A[6:]).max()
 
 
+@pytest.mark.full
 def test_scipy_takes_it_as_it_is(nist):
     """A force held for t lifts the tool by a t^2 / 2 of that force's acceleration, but for gravity's stiffness."""
     from scipy.signal import StateSpace, lsim
@@ -99,6 +100,7 @@ def test_computed_torque_is_its_closed_form_in_the_continuous_limit(nist, axis):
     assert_allclose(response(space, SHORT, f, axis), wanted, atol=0.01)
 
 
+@pytest.mark.quick("robust_adaptive")
 @pytest.mark.parametrize("law", [SURFACE, gk.FuzzyFriction(slope=150.0, damping=370.0)], ids=lambda law: law.kind)
 def test_a_sliding_law_is_its_closed_form_in_the_continuous_limit(nist, law):
     """L k / (s^2 + (L + k) s + L k): friction has no part in it, nor has adaptation."""
@@ -108,6 +110,7 @@ def test_a_sliding_law_is_its_closed_form_in_the_continuous_limit(nist, law):
         assert_allclose(response(space, SHORT, f, axis), wanted, atol=0.01)
 
 
+@pytest.mark.quick("0")
 @pytest.mark.parametrize("delay", [0, 1])
 def test_computed_torque_at_1_khz_is_a_sampled_double_integrator_under_its_law(nist, delay):
     """Four lines of the loop by hand, one axis: exact sampling of p'' = a, speed by difference, Euler's integral.
@@ -182,6 +185,7 @@ def test_bandwidths_are_those_of_the_closed_forms(nist):
     assert bandwidth_of(nist, SURFACE, SHORT) == pytest.approx(np.sqrt(w2) / 2 / np.pi, rel=0.01)
 
 
+@pytest.mark.quick("poles")
 @pytest.mark.parametrize("law", [POLES, SURFACE, gk.PID(bandwidth=8.0), gk.ComputedTorque(bandwidth=10.0)],
                          ids=["poles", "surface", "pid", "bandwidth"])  # fmt: skip
 def test_gains_are_found_for_a_wanted_bandwidth_and_keep_their_ratio(nist, law):
@@ -207,6 +211,7 @@ def test_what_goes_straight_through_adds_to_a_response():
     assert_allclose(response(space, 0.1, [0.0, 5.0], 0), [37, -3], atol=1e-12)
 
 
+@pytest.mark.full
 def test_what_has_no_bandwidth_says_why(nist):
     with pytest.raises(
         ExperimentError, match=r"computed_torque: a loop that is unstable at a period of 1 ms has no band"

@@ -68,6 +68,7 @@ def test_two_plain_laws_keep_their_own_numbers():
     assert not np.array_equal(*runs)
 
 
+@pytest.mark.full
 def test_a_batch_under_a_plain_law_is_its_single_runs_and_takes_one_law_only():
     """A step in plain NumPy may read its own numbers, which are those of one object."""
     machine = gk.load_machine("nist-octahedral").replace(friction=None)

@@ -25,6 +25,7 @@ def base(nist):
     return gk.simulate(nist, gk.PID(bandwidth=12.0), CIRCLE)
 
 
+@pytest.mark.full
 def test_the_same_seed_gives_the_same_bits(nist):
     noisy = nist.replace(**{"drive.noise": 1e-7})
     runs = [gk.simulate(noisy, gk.PID(bandwidth=12.0), CIRCLE, seed=seed).dataset["x"].values for seed in (3, 3, 4)]
@@ -105,6 +106,7 @@ def test_the_force_is_held_from_its_sample_on(nist):
         np.testing.assert_array_equal(log["u"][1:], log["u_c"][1 - shift : len(log["u_c"]) - shift])
 
 
+@pytest.mark.quick("computed_torque")
 @pytest.mark.parametrize("law", [gk.PID(bandwidth=12.0), gk.ComputedTorque(bandwidth=16.0)], ids=lambda law: law.kind)
 def test_it_starts_without_a_bump(nist, law):
     """Under a payload nobody told the law about, the first forces are those at rest, to what the encoder rounds."""
@@ -228,6 +230,7 @@ def test_wrong_arguments_are_refused(nist):
         gk.simulate(nist, gk.PID(bandwidth=3.0), CIRCLE, period=5e-3, substeps=1)
 
 
+@pytest.mark.full
 def test_a_slower_law_holds_its_force_between_its_ticks(nist):
     log = gk.simulate(nist, gk.ComputedTorque(bandwidth=10.0, period=1e-3), CIRCLE, period=2.5e-4)
     held = log["u_c"][: len(log["u_c"]) // 4 * 4].reshape(-1, 4, 6)
@@ -290,6 +293,7 @@ def test_a_path_beyond_the_declared_workspace_is_warned_of_once(nist):
     assert sum(issubclass(w.category, ReachWarning) for w in seen) == 1
 
 
+@pytest.mark.full
 def test_a_poor_condition_number_is_warned_of_before_it_ends_the_run(nist):
     """K2: warn at one number, stop at the other."""
     wide = {"limits.length": [1.0, 3.0], "strut.tube": 2.5, "limits.cone": None, "limits.workspace": None}

@@ -166,6 +166,7 @@ def bound(machine) -> np.ndarray:
     return 1e-6 * UNKNOWN * np.abs(G).sum(1) + 2 * COUNT
 
 
+@pytest.mark.quick("stuck")
 @pytest.mark.parametrize("kind", ["dropout", "stuck", "glitch"])
 def test_every_fault_is_flagged_in_the_sample_in_which_it_can_be_seen_and_on_its_own_joint_first(nist, kind):
     """A fault can be seen when it moves the reading by more than the bound; each strut, at four places."""
@@ -227,6 +228,7 @@ def test_a_flag_is_latched_while_the_run_goes_on_and_is_told(nist):
     assert_array_equal(log["x"], without["x"])  # who looks on changes nothing
 
 
+@pytest.mark.quick("computed_torque")
 @pytest.mark.parametrize("law", [LAW, gk.PID(bandwidth=8.0)], ids=lambda law: law.kind)
 def test_a_sound_machine_is_not_flagged_and_not_changed(nist, law):
     """Friction, a payload and a force on the tool that nobody told: less than the unknown force, so no flag."""

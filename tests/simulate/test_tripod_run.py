@@ -44,6 +44,7 @@ def test_logged_joint_forces_are_those_of_the_motion_under_the_logged_drives(log
     assert_allclose(log["plant.multiplier"][k], wanted.multiplier, rtol=0, atol=1e-8)
 
 
+@pytest.mark.full
 def test_an_offset_is_where_the_tool_starts():
     plant = gk.Plant(machine=ccu(), offset=[1e-4, 0.0, -2e-4])
     log = gk.simulate(ccu(), gk.PID(bandwidth=10.0), gk.Circle(radius=0.02, feed=0.1), plant=plant)

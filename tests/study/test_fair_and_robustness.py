@@ -22,6 +22,7 @@ def row(**changes) -> fair.Row:
 SETTINGS = [(name, case) for case in (SLOW, FAST) for name in fair.COMPARED]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("name", "case"), [
     pytest.param(*setting, marks=() if setting == ("CDAC", SLOW) else pytest.mark.full) for setting in SETTINGS
 ], ids=[f"{name}, {case.name}" for name, case in SETTINGS])  # fmt: skip

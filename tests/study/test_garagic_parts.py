@@ -131,6 +131,7 @@ def test_every_ramp_has_its_middle_at_a_sample_and_needs_no_more_than_the_torque
         assert bounds.jump() / (samples * experiments.FINE) <= bounds.straight(machine, torque)
 
 
+@pytest.mark.quick("FCDAC")
 @pytest.mark.parametrize("law", ["CDAC", "FCDAC"])
 def test_without_learning_and_sliding_the_law_is_computed_torque(law):
     assert limit.difference(law) < 1e-6  # N, of forces of 1e5 N

@@ -65,6 +65,7 @@ def test_torques_are_read_in_steps_with_noise():
     assert read.std() == pytest.approx(np.hypot(setup.NOISE, setup.STEP / np.sqrt(12)), rel=0.05)
 
 
+@pytest.mark.full
 def test_the_believed_load_test_finds_the_load_where_nothing_is_hidden():
     found = load.perfect(None)
     for name, axis in load.DIRECTIONS.items():

@@ -182,6 +182,7 @@ def test_every_operation_and_function_is_known_to_the_tests_of_values():
     assert all(name in texts for name in ("EQ", "NE", "GT", "GE", "LT", "LE", "AND", "OR", "XOR"))
 
 
+@pytest.mark.quick("text0", "text3")
 @pytest.mark.parametrize(
     "text",
     [

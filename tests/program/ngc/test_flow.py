@@ -452,6 +452,7 @@ def test_the_budget_is_for_lines_that_run_again_however_long_the_text_is():
     assert "possible endless loop" in error(*lines, steps=6)
 
 
+@pytest.mark.quick("o1 repeat*")
 @pytest.mark.parametrize(
     "text",
     ["o1 while [1]|o1 endwhile", "o1 while [#1 lt 1]|#2=[#2+1]|o1 endwhile", "o1 repeat [10**9]|G4|o1 endrepeat"],
@@ -467,6 +468,7 @@ def test_a_million_lines_of_a_loop_run_in_seconds_and_in_constant_memory(text):
     assert peak < 1e6
 
 
+@pytest.mark.full
 def test_lines_of_straight_text_are_not_kept():
     text = "\n".join([f"G1 X{k}" for k in range(20_000)] + ["M2"])
     tracemalloc.start()

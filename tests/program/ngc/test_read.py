@@ -148,6 +148,7 @@ def surface(lines):
     ) + "\nM2\n"  # fmt: skip
 
 
+@pytest.mark.full
 def test_the_time_of_reading_grows_with_the_lines():
     assert (
         growth(surface, read_program, 2000) < 2

@@ -87,6 +87,7 @@ def test_pipes_folders_and_devices_are_not_opened(tmp_path):
     assert time.perf_counter() - start < 1  # a pipe would wait for ever
 
 
+@pytest.mark.full
 def test_a_file_beyond_64_mb_is_refused_before_it_is_read(tmp_path):
     with open(tmp_path / "large.ngc", "wb") as file:
         file.truncate(64 * 1024 * 1024 + 1)
