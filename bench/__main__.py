@@ -2,8 +2,8 @@
 
 Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
 of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
-clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers]` measures some of it and keeps the rest of the last
-result.
+clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers]` measures some of it and keeps the rest of
+the last result.
 """
 
 from __future__ import annotations
