@@ -170,6 +170,7 @@ def test_a_period_that_is_left_out_is_that_of_the_workspace():
     assert usual_period(machine_of("eth-hexaglide"), 0.5) == pytest.approx(5.0)
 
 
+@pytest.mark.full
 def test_a_failed_optimisation_is_an_error_and_no_motion(hexaglide, monkeypatch):
     """RELIABILITY S4: an optimiser that gave up, and one that says nothing is wrong with a NaN."""
     for key, value in (("_CAP", 1), ("_LAST", 1), ("_ROUNDS", 2)):
@@ -191,6 +192,7 @@ def test_a_failed_optimisation_is_an_error_and_no_motion(hexaglide, monkeypatch)
         excite(hexaglide, period=10.0, harmonics=2)
 
 
+@pytest.mark.full
 def test_a_motion_that_still_leaves_a_limit_after_all_rounds_is_an_error_with_the_limit(hexaglide, monkeypatch):
     monkeypatch.setattr(module, "_ROUNDS", 1)
     with pytest.raises(RunError, match=r"leaves a limit between the times it was optimised at, got [\d.]+ % beyond"):
