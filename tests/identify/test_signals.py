@@ -185,4 +185,4 @@ def test_a_log_beyond_the_declared_workspace_is_told_how_it_can_be_read(hexaglid
     space = hexaglide.limits.workspace
     tight = hexaglide.replace(limits=hexaglide.limits.replace(workspace=space.replace(height=1e-3)))
     with pytest.raises(LogError, match="beyond the height of the workspace.*, or declare a larger limits.workspace$"):
-        signals_of(plain, tight)
+        signals_of(plain[0], tight)
