@@ -192,6 +192,7 @@ def test_a_failed_optimisation_is_an_error_and_no_motion(hexaglide, monkeypatch)
         excite(hexaglide, period=10.0, harmonics=2)
 
 
+@pytest.mark.full
 def test_a_motion_that_still_leaves_a_limit_after_all_rounds_is_an_error_with_the_limit(hexaglide, monkeypatch):
     monkeypatch.setattr(module, "_ROUNDS", 1)
     with pytest.raises(RunError, match=r"leaves a limit between the times it was optimised at, got [\d.]+ % beyond"):

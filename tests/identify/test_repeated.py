@@ -49,6 +49,7 @@ def test_intervals_of_95_percent_hold_the_truth_where_friction_has_bristles(name
     assert np.mean(np.abs(before) < 1.96) < 0.82
 
 
+@pytest.mark.full
 def test_noise_that_is_noise_keeps_its_deviations():
     """30 records: the factor of white noise is 1 but for what 25 groups scatter."""
     machine, motion, u, _ = case("eth-hexaglide", 0.04)

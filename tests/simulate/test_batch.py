@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import tracemalloc
 
 import numpy as np
@@ -306,3 +307,14 @@ def test_reports_refuse_a_batch_and_say_how_to_pick_a_run(batch, tmp_path):
     with pytest.raises(LogError, match=r"run: holds a batch of runs; pick one: log.run\(0\)"):
         gk.report(batch, tmp_path)
     assert batch.run(2).plot.contour().lines
+
+
+def test_a_law_with_a_period_of_its_own_is_refused_by_its_name():
+    """It would reckon with 2 ms and be asked every 1 ms."""
+    machine, program = gk.load_machine("eth-hexaglide"), gk.Circle(radius=0.015, feed=0.1)
+    laws = [gk.ComputedTorque(bandwidth=20.0), gk.ComputedTorque(bandwidth=20.0, period=2e-3)]
+    rule = "a law runs at the period of the run, got 0.002 s (limit 0.001 s); leave the law's period out, or give the"
+    with pytest.raises(ExperimentError, match=re.escape(f"controller.1.period: {rule} run the same")):
+        gk.simulate(machine, laws, program)
+    with pytest.raises(ExperimentError, match=re.escape(f"period: {rule} run the same")):
+        gk.simulate(machine, laws[1], program)
