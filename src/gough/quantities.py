@@ -65,7 +65,7 @@ class Quantity:
             if set(raw) != {"unit", "value"}:
                 raise InputError("an array is written { unit = ..., value = [...] }", value=brief(sorted(raw)))
             scale, dimension = units.unit(_text(raw["unit"]))
-            each = self._units(len(raw["value"]) if isinstance(raw["value"], list | tuple) else 1)
+            each = self._units(len(raw["value"]) or 1 if isinstance(raw["value"], list | tuple) else 1)
             if len(set(each)) > 1 or not units.same_dimension(dimension, units.unit(each[0])[1]):
                 raise UnitError(f"{raw['unit']!r} is not a unit of {self.unit}")
             return np.array(_numbers(raw["value"]), float) * scale

@@ -309,12 +309,20 @@ def test_reports_refuse_a_batch_and_say_how_to_pick_a_run(batch, tmp_path):
     assert batch.run(2).plot.contour().lines
 
 
-def test_a_law_with_a_period_of_its_own_is_refused_by_its_name():
-    """It would reckon with 2 ms and be asked every 1 ms."""
+@pytest.mark.parametrize(
+    ("laws", "said"),
+    [
+        (
+            [gk.ComputedTorque(bandwidth=20.0), gk.ComputedTorque(bandwidth=20.0, period=2e-3)],
+            "controller.1.period: laws of a batch must tick together, got 2 ms; run 0 has 1 ms; run those of one",
+        ),
+        (
+            [gk.DesiredTorqueAdaptive(pole=300.0, model_period=p) for p in (2e-3, 2e-3, 3e-3)],
+            "controller.2.model_period: runs of a batch may differ in numbers only, got 0.003; run 0 has 0.002;",
+        ),
+    ],
+)
+def test_laws_of_a_batch_tick_together_or_are_refused_by_name(laws, said):
     machine, program = gk.load_machine("eth-hexaglide"), gk.Circle(radius=0.015, feed=0.1)
-    laws = [gk.ComputedTorque(bandwidth=20.0), gk.ComputedTorque(bandwidth=20.0, period=2e-3)]
-    rule = "a law runs at the period of the run, got 0.002 s (limit 0.001 s); leave the law's period out, or give the"
-    with pytest.raises(ExperimentError, match=re.escape(f"controller.1.period: {rule} run the same")):
+    with pytest.raises(ExperimentError, match=re.escape(said)):
         gk.simulate(machine, laws, program)
-    with pytest.raises(ExperimentError, match=re.escape(f"period: {rule} run the same")):
-        gk.simulate(machine, laws[1], program)

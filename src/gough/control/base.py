@@ -27,7 +27,6 @@ import casadi as ca
 import numpy as np
 
 from ..declare import Part, quantity
-from ..errors import ExperimentError
 from ..machine.base import Machine
 from ..machine.drives import force_limit
 
@@ -103,18 +102,7 @@ class Controller(Part):
         """Refuse a motion that this law cannot follow, before it starts; most follow any."""
 
     def on(self, machine: Machine, period: float) -> Controller:
-        """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both.
-
-        Raises
-        ------
-        ExperimentError
-            the law has a period of its own that is another: it would tick faster or slower than it reckons with.
-        """
-        if self.period is not None and abs(self.period - period) > 1e-9 * period:
-            raise ExperimentError(
-                "a law runs at the period of the run", key="period", value=f"{self.period:g} s", limit=f"{period:g} s",
-                cure="leave the law's period out, or give the run the same",
-            )  # fmt: skip
+        """This law for a machine and a sample period, where it does not have its own.  Numbers may follow from both."""
         return self.replace(
             machine=self.machine if self.machine is not None else machine,
             period=self.period if self.period is not None else period,

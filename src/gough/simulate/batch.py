@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, cut, leaning, observed, provenance, stability, start, stopped
+from . import columns, cut, law_tasks, leaning, observed, provenance, stability, start, stopped
 from .kept import Kept
 from .notes import EffortWarning, Notes
 from .reach import Reach
@@ -63,6 +62,7 @@ class Batch:
             self.compensation = compensation
             leaning.check(machine, self.observer, compensation)
             same_structure("controller", self.laws)
+            law_tasks.same_rates(self.laws, run.period)
             if not self.law.symbolic and any(law != self.law for law in self.laws):
                 raise ExperimentError(
                     "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
@@ -108,14 +108,7 @@ class Batch:
             self._start(ready)
 
     def _bound(self, laws):
-        known = {}
-        for i, law in enumerate(laws):
-            if id(law) not in known:
-                try:
-                    known[id(law)] = law.on(self.believed, self.run_part.period)
-                except ExperimentError as error:  # which of them it is
-                    told = [replace(p, key=f"controller.{i}.{p.key}" if p.key else None) for p in error.problems]
-                    raise ExperimentError(problems=told) from None
+        known = {id(law): law.on(self.believed, self.run_part.period) for law in laws}
         return [known[id(law)] for law in laws]
 
     def _check_rows(self):
