@@ -72,7 +72,7 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "machine/strut_motion.py": (_MACHINE, set()),
     "machine/joint_forces.py": (_MACHINE[1:] + _MACHINE[:1], {"_check_overlap", "load_count"}),
     "machine/reactions.py": (_MACHINE[1:] + _MACHINE[:1], set()),
-    "machine/arrays.py": (_MACHINE, {"column", "run", "_check_finite", "check_determinant"}),
+    "machine/arrays.py": ([*_MACHINE, "tests/contract/test_machine.py"], {"column", "run", "_check_finite", "check_determinant"}),
     "mechanics/bodies.py": (["tests/mechanics/test_bodies.py", *_DYNAMICS], set()),
     "mechanics/friction.py": (["tests/mechanics", "tests/test_series.py", *_MACHINE[-1:]], {"_ordered"}),
     "mechanics/load_friction.py": (["tests/machine/test_signs.py", "tests/mechanics", *_MACHINE[-1:]], {"_ordered"}),
