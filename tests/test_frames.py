@@ -90,6 +90,24 @@ def test_quaternion_of_a_rotation_is_its_inverse_for_every_angle():
     assert same.max() < 1e-14 and (found[:, 0] >= 0).all()
 
 
+def test_the_symbolic_quaternion_of_a_rotation_is_its_inverse_for_every_angle_and_so_is_its_derivative():
+    """Turns of every size about every axis, and half turns, where w = 0 and each part in its turn is the largest."""
+    quat = np.random.default_rng(5).normal(size=(60, 4)) * np.repeat([[1, 1, 1, 1], [1e-9, 1, 1, 1]], 30, axis=0)
+    quat = np.concatenate([quat, np.eye(4), -np.eye(4), np.eye(4) + [1e-3, 0, 0, 0]])
+    quat /= np.linalg.norm(quat, axis=1, keepdims=True)
+    assert set(np.abs(quat).argmax(1)) == {0, 1, 2, 3}  # all four ways through it
+    q = ca.SX.sym("q", 4)
+    found = frames.quaternion_of_rotation(frames.rotation_of_quaternion(q))
+    back = ca.Function("back", [q], [found, ca.jacobian(found, q)])
+    for one in quat:
+        there, slope = (np.array(out).squeeze() for out in back(one))
+        sign = 1.0 if there @ one > 0 else -1.0  # q and -q are one rotation
+        assert there[0] >= 0
+        assert_allclose(sign * there, one, atol=1e-15 * 4)  # rounding of a dozen sums of numbers up to 4
+        across = np.eye(4) - np.outer(one, one)  # what keeps q a unit quaternion
+        assert_allclose(sign * slope @ across, across, atol=1e-14)
+
+
 def test_quaternion_of_angles_agrees_with_the_rotation_of_angles():
     f = symbolic(frames.quaternion_of_abc, 3)
     for abc in ABC[:50]:

@@ -47,6 +47,7 @@ _MACHINE = [
     "tests/machine/test_energy.py",
 ]
 
+_EVERY = ["tests/contract/test_machine.py"]  # machines whose velocities are not rates of their task, too
 _LAWS = ["tests/control/test_equations.py", "tests/contract", "tests/control", "tests/simulate/test_run.py"]
 _STOP = [f"tests/simulate/test_{name}.py" for name in ("faults_and_trip", "safe_stop")]
 _ERRORS = ["tests/machine/test_faults.py", "tests/errors/test_parts.py"]
@@ -72,7 +73,7 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "machine/strut_motion.py": (_MACHINE, set()),
     "machine/joint_forces.py": (_MACHINE[1:] + _MACHINE[:1], {"_check_overlap", "load_count"}),
     "machine/reactions.py": (_MACHINE[1:] + _MACHINE[:1], set()),
-    "machine/arrays.py": (_MACHINE, {"column", "run", "_check_finite", "check_determinant"}),
+    "machine/arrays.py": ([*_MACHINE, *_EVERY], {"column", "run", "_check_finite", "check_determinant"}),
     "mechanics/bodies.py": (["tests/mechanics/test_bodies.py", *_DYNAMICS], set()),
     "mechanics/friction.py": (["tests/mechanics", "tests/test_series.py", *_MACHINE[-1:]], {"_ordered"}),
     "mechanics/load_friction.py": (["tests/machine/test_signs.py", "tests/mechanics", *_MACHINE[-1:]], {"_ordered"}),
