@@ -40,3 +40,12 @@ def test_a_map_that_there_is_not_is_refused_with_the_nearest():
         workspace_map(flexible, "frequncy")
     with pytest.raises(ExperimentError, match="a map needs a declared workspace"):
         grid(gk.load_machine("emps"))
+
+
+def test_a_map_at_a_height_where_the_machine_cannot_stand_is_refused_and_of_no_poses_there_are_no_rows():
+    flexible = gk.load_machine("ifma-hsm").flexible()
+    with pytest.raises(ExperimentError, match=r"height: the machine can stand nowhere on this map, got 5 m"):
+        workspace_map(flexible, height=5.0, points=2)
+    assert {key: len(rows) for key, rows in stiffness_map(flexible, np.zeros((0, 3))).items()} == {
+        "stiffness": 0, "least": 0, "frequency": 0, "sag": 0,
+    }  # fmt: skip

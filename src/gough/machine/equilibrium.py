@@ -120,7 +120,7 @@ def solved(machine, z, u, q, w, system: str = "system") -> tuple[np.ndarray, np.
             "no rest found under gravity and load: no convergence", where="elastic joints",
             value=f"{np.abs(F).max():.3g} N or N m and {np.abs(gap).max():.3g} m left", cure=_CURE,
         )  # fmt: skip
-    N = _null(J)
+    N = unmoved(J)
     held = N.T @ -K @ N
     least = np.linalg.eigvalsh((held + held.T) / 2)[0]
     if not least > 0:
@@ -159,8 +159,8 @@ def _size(F, gap, scale) -> float:
     return left if np.isfinite(left) else np.inf
 
 
-def _null(J: np.ndarray) -> np.ndarray:
-    """Columns: velocities that move no joint, J N = 0."""
+def unmoved(J: np.ndarray) -> np.ndarray:
+    """N: columns of velocities that move no joint, J N = 0.  (n, m) -> (m, m - n)."""
     _, s, Vt = np.linalg.svd(J)
     return Vt[len(s) :].T
 

@@ -24,10 +24,10 @@ import casadi as ca
 import numpy as np
 
 from ..declare import Shape
-from ..errors import ExperimentError
+from ..errors import ExperimentError, RunError
 from ..kernel.building import BUILDING
 from ..quantities import brief
-from .equilibrium import at_rest, static_force
+from .equilibrium import at_rest, pose_of, static_force, unmoved
 
 
 class Small(NamedTuple):
@@ -61,15 +61,21 @@ def small_motions(machine, x, wrench=None) -> Small:
 
 def tool_compliance(machine, x, wrench=None) -> np.ndarray:
     """C_T of eq. (13): [displacement; turn] of the tool tip by [f; m] on it, in W, SI.  (6, 6)."""
-    one = small_motions(machine, x, wrench)
-    N = _held(one.J)
+    return _compliance(small_motions(machine, x, wrench))
+
+
+def _compliance(one: Small) -> np.ndarray:
+    N = unmoved(one.J)
     return one.W.T @ N @ np.linalg.solve(N.T @ one.K @ N, N.T @ one.W)
 
 
 def modes(machine, x, held: bool = True, wrench=None) -> Modes:
     """Eq. (14), or with the joints free: what oscillates, without what drifts or creeps."""
-    one = small_motions(machine, x, wrench)
-    N = _held(one.J) if held else np.eye(len(one.M))
+    return _modes(small_motions(machine, x, wrench), held)
+
+
+def _modes(one: Small, held: bool) -> Modes:
+    N = unmoved(one.J) if held else np.eye(len(one.M))
     M, D, K = (N.T @ part @ N for part in (one.M, one.D, one.K))
     k = len(M)
     A = np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
@@ -116,29 +122,18 @@ def stiffness_map(machine, poses) -> dict[str, np.ndarray]:
     {"stiffness": (N, 3) N/m along x y z of W, the joints held, "least": (N,) N/m in the softest direction,
     "frequency": (N,) Hz, the first with the joints held, "sag": (N, 3) m of the tip at rest, in W}
     """
-    from ..errors import RunError
-    from .equilibrium import pose_of
-
     poses = np.atleast_2d(np.asarray(poses, float))
-    rows = []
-    for x in poses:
+    found = np.full((len(poses), 8), np.nan)
+    for row, x in zip(found, poses, strict=True):
         try:
             one = small_motions(machine, x)
-            N = _held(one.J)
-            C = (one.W.T @ N @ np.linalg.solve(N.T @ one.K @ N, N.T @ one.W))[:3, :3]
-            first = modes(machine, x).frequency[0]
-            sag = pose_of(machine, one.z)[:3] - machine.rigid.tool_pose(x)[:3]
-            rows.append([*(1 / np.diag(C)), 1 / np.linalg.eigvalsh((C + C.T) / 2)[-1], first, *sag])
         except RunError:
-            rows.append([np.nan] * 8)
-    found = np.array(rows)
+            continue
+        C = _compliance(one)[:3, :3]
+        sag = pose_of(machine, one.z)[:3] - machine.rigid.tool_pose(x)[:3]
+        least = 1 / np.linalg.eigvalsh((C + C.T) / 2)[-1]
+        row[:] = [*(1 / np.diag(C)), least, _modes(one, True).frequency[0], *sag]
     return {"stiffness": found[:, :3], "least": found[:, 3], "frequency": found[:, 4], "sag": found[:, 5:]}
-
-
-def _held(J: np.ndarray) -> np.ndarray:
-    """N of eq. (13): columns that move no joint.  (m, m - n)."""
-    _, s, Vt = np.linalg.svd(J)
-    return Vt[len(s) :].T
 
 
 @lru_cache(maxsize=64)

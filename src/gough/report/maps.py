@@ -54,6 +54,11 @@ def workspace_map(flexible, what: str = "least", height: float | None = None, po
     poses = grid(flexible.rigid, height, points)
     inside = np.isfinite(poses).all(-1)
     found = stiffness_map(flexible, poses[inside])
+    if not np.isfinite(found["least"]).any():
+        raise ExperimentError(
+            "the machine can stand nowhere on this map", key="height",
+            value="the middle" if height is None else f"{height:g} m", cure="give a height within limits.workspace",
+        )  # fmt: skip
     told, unit, factor = SHOWN[what]
     values = np.full(inside.shape, np.nan)
     values[inside] = factor * (

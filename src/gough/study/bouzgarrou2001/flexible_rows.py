@@ -66,9 +66,9 @@ def _joints(found: Results) -> list[Claim]:
             f"flexible, high gains, {label}: error of s21", e["high", name], "m",
             (published / FACTOR, published * FACTOR), published=published, shown="mm",
             calibrated="" if name == CTC else SIDE, note="" if name != CTC else (
-                "ours is smaller, and halves as the published does from low to high gains "
-                f"({e['low', CTC] / e['high', CTC]:.2g} times less): how much of the links' motion comes back to the "
-                "motors hangs on masses and stiffnesses the paper does not print"
+                f"ours is smaller; from low to high gains it falls {e['low', CTC] / e['high', CTC]:.2g} times, in "
+                "continuous time more (docs/studies): how much of the links' motion comes back to the motors hangs on "
+                "masses and stiffnesses the paper does not print"
             ),
         ))  # fmt: skip
     out.append(Claim(
