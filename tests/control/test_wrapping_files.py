@@ -66,3 +66,15 @@ def test_what_is_wrong_inside_is_said_with_its_key(law, text):
 def test_a_wrapper_without_a_law_is_refused():
     with pytest.raises(ExperimentError, match="law: is missing"):
         controller_of({"kind": "flexible_feedforward"})
+
+
+@pytest.mark.parametrize("kind", ["gravity_compensation", "flexible_feedforward"])
+def test_a_wrapper_in_a_wrapper_would_count_the_sag_twice_and_is_refused_at_its_line(tmp_path, kind):
+    path = tmp_path / "twice.toml"
+    inner = 'law  = { kind = "computed_torque", bandwidth = "4 Hz" }'
+    assert inner in FILE
+    path.write_text(FILE.replace(inner, f'law  = {{ kind = "{kind}", {inner} }}'))
+    with pytest.raises(
+        InputError, match=rf"controller\.1\.law: allows for what gives way already: .*twice, got {kind}; keep one"
+    ):
+        load_experiment(path)

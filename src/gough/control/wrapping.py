@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
+from pydantic import model_validator
 
 from ..declare import quantity
 from ..errors import ExperimentError
@@ -29,10 +30,25 @@ class State(NamedTuple):
 
 
 class Wrapping(Controller):
-    """Base of laws that hand an inner law another reference, faded in from the start on, so that nothing jumps."""
+    """Base of laws that hand an inner law another reference, faded in from the start on, so that nothing jumps.
+
+    Raises
+    ------
+    ExperimentError
+        a wrapper in a wrapper.
+    """
 
     law: Controller
     takeover: float = quantity("s", "time over which it sets in from the start, smoothly", default=0.2, above=0)
+
+    @model_validator(mode="after")
+    def _once(self):
+        if isinstance(self.law, Wrapping):  # each of them moves the reference by all of the sag
+            raise ExperimentError(
+                "allows for what gives way already: around it, it would count twice", key="law", value=self.law.kind,
+                cure="keep one of the two",
+            )  # fmt: skip
+        return self
 
     # -- what a wrapper states ------------------------------------------------------------------------------------
 
