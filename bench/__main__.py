@@ -2,8 +2,8 @@
 
 Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
 of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
-clock.  `python -m bench [loops] [laws] [rows] [workers] [peers]` measures some of it and keeps the rest of the last
-result.
+clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers]` measures some of it and keeps the rest of
+the last result.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from gough.kernel.lanes import native_width
 from gough.log.build import plain
 from gough.simulate.provenance import processor
 
-from . import loops, tables
+from . import learning, loops, tables
 from .rows import Rows
 from .workers import Workers
 
 ROUNDS = 5
 DOCS = Path(__file__).parent.parent / "docs"
-PARTS = ("loops", "laws", "rows", "workers", "peers")
+PARTS = ("loops", "laws", "learning", "rows", "workers", "peers")
 
 
 def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
@@ -40,28 +40,35 @@ def measure_loops() -> dict:
 
 
 def measure_laws() -> dict:
-    """The same per law, with the friction of the sheet."""
+    """The same per law, with the friction of the sheet, and the 3-PRS of Chen and Tsai 2008."""
     sheet = gk.load_machine("nist-octahedral")
-    return {"width": native_width(), "cases": {name: measured(sheet, law) for name, law in loops.LAWS.items()}}
+    cases = {name: measured(sheet, law) for name, law in loops.LAWS.items()}
+    return {"width": native_width(), "cases": {**cases, loops.CHEN: measured(*loops.published())}}
 
 
-def measured(machine, law=loops.LAW) -> dict[str, float]:
+def measure_learning() -> dict:
+    """Ten minutes of learning: medians of three runs, the kernel compiled before."""
+    learning.measure()
+    return medians([learning.measure() for _ in range(3)])
+
+
+def measured(machine, law=loops.LAW, program=loops.PROGRAM) -> dict[str, float]:
     """One closed loop: simulated seconds a CPU second, and the ratios."""
-    loop = loops.Loop(machine, law)
+    loop = loops.Loop(machine, law, program)
     begun = time.perf_counter()
     one = loop.compiled(1, cache=False)
     compiled = time.perf_counter() - begun
     lanes, slow = loop.compiled("auto", cache=False), loop.compiled(1, native=False)
     plants = loops.plants_of(machine)
-    loops.single(machine, law), loops.batch(machine, plants[:1], law)  # fills the caches
+    loops.single(machine, law, program), loops.batch(machine, plants[:1], law, program)  # fills the caches
     rounds = []
     for _ in range(ROUNDS):
         found = {
             "interpreter": loop.rate(slow, 1, 100),
             "one lane": loop.rate(one, 1),
             "lanes": loop.rate(lanes, lanes.lanes),
-            "simulate": loops.single(machine, law),
-            "batch": loops.batch(machine, plants, law),
+            "simulate": loops.single(machine, law, program),
+            "batch": loops.batch(machine, plants, law, program),
         }
         found["one lane / interpreter"] = found["one lane"] / found["interpreter"]
         found["lanes / one lane"] = found["lanes"] / found["one lane"]
@@ -105,6 +112,7 @@ def main(parts: list[str]) -> None:
     measures = {
         "loops": measure_loops,
         "laws": measure_laws,
+        "learning": measure_learning,
         "rows": measure_rows,
         "workers": measure_workers,
         "peers": measure_peers,

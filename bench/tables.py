@@ -23,7 +23,7 @@ def page(result: dict) -> str:
         f"{result['rounds']} interleaved rounds, CPU time of one core; ratios", "are medians within a round.", "",
         f"Processor: {result['processor']}", "",
     ]  # fmt: skip
-    for part, write in (("loops", _loops), ("laws", _laws), ("rows", _rows), ("workers", _workers), ("peers", _peers)):
+    for part, write in _PARTS:
         if part in result:
             lines += [*write(result[part]), ""]
     return "\n".join(lines).rstrip() + "\n"
@@ -36,9 +36,25 @@ def _loops(found: dict) -> list[str]:
 
 
 def _laws(found: dict) -> list[str]:
-    about = ["The same with the friction of the sheet under three laws: computed torque, CDAC (`robust_adaptive`) and "
-             "FCDAC (`fuzzy_friction`).", "Aims for FCDAC: one run 20, a batch 5 times one run."]  # fmt: skip
+    about = [
+        "The same with the friction of the sheet under three laws: computed torque, CDAC (`robust_adaptive`) and FCDAC",
+        "(`fuzzy_friction`).  Last: `ccu-3prs` on the circle of Chen and Tsai 2008 under `equivalent_error` at their",
+        "gains, no friction.  Aims: FCDAC one run 20, a batch 5 times one run; the 3-PRS one run 20.",
+    ]
     return ["## Laws", "", *about, "", *_rates("law", found)]
+
+
+def _learning(found: dict) -> list[str]:
+    from .learning import MOST
+
+    about = ["Ten minutes of learning on line: `eth-hexaglide`, loop of 300 us, model every 900 us, adaptation every "
+             "3 ms, a row of the log", "every 100 samples; median of three."]  # fmt: skip
+    body = [
+        ["samples", f"{found['samples']:_}".replace("_", " ")], ["rows of the log", _cell(found["rows"])],
+        ["simulated, s", _cell(found["simulated_s"])], [f"**CPU, s** (aim: below {MOST:g})", _cell(found["cpu_s"])],
+        ["simulated seconds a CPU second", _cell(found["rate"])],
+    ]  # fmt: skip
+    return ["## Learning", "", *about, "", *table(["", ""], body)]
 
 
 def _rates(head: str, found: dict) -> list[str]:
@@ -81,3 +97,9 @@ def table(heads: list[str], rows: list[list[str]]) -> list[str]:
 
 def _cell(value) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+_PARTS = (
+    ("loops", _loops), ("laws", _laws), ("learning", _learning), ("rows", _rows), ("workers", _workers),
+    ("peers", _peers),
+)  # fmt: skip

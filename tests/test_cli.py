@@ -439,8 +439,10 @@ def test_the_new_files_name_every_key_there_is():
     from gough.machine.hexapod import Hexapod
     from gough.machine.hexapod_parts import Strut, Tool
     from gough.machine.limits import Workspace
+    from gough.mechanics.compliance import Compliance
     from gough.mechanics.friction import LuGre, Stribeck
     from gough.mechanics.load_friction import LoadLuGre, LoadStribeck
+    from gough.observe.disturbance import DisturbanceObserver
     from gough.simulate.plant import Plant
     from gough.simulate.run import Run
 
@@ -453,9 +455,14 @@ def test_the_new_files_name_every_key_there_is():
                     yield from names(inner)
 
     laws = (LuGre, Stribeck, LoadLuGre, LoadStribeck)
-    wanted = {n for kind in (Hexapod, Strut, Tool, Workspace, *laws) for n in names(kind)}
+    wanted = {n for kind in (Hexapod, Compliance, Strut, Tool, Workspace, *laws) for n in names(kind)}
     assert {name for name in wanted if name not in cli_new.MACHINE} == set()
-    wanted = set(names(Run)) | (set(Plant.model_fields) - {"machine"}) | (set(Controller.model_fields) - {"machine"})
+    wanted = (
+        set(names(Run))
+        | set(DisturbanceObserver.model_fields) - {"machine"}
+        | (set(Plant.model_fields) - {"machine"})
+        | (set(Controller.model_fields) - {"machine"})
+    )
     assert {name for name in wanted if name not in cli_new.EXPERIMENT} == set()
 
 

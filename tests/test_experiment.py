@@ -73,8 +73,8 @@ def test_a_bare_nc_program_says_what_is_missing_by_the_name_of_the_option(write)
         load_experiment(path)
     assert (
         str(caught.value)
-        == "--machine: is missing; give one of ccu-3prs, emps, eth-hexaglide, nist-octahedral, okuma-pm600, or a data "
-        "sheet (.toml)"
+        == "--machine: is missing; give one of ccu-3prs, emps, eth-hexaglide, ifma-hsm, nist-octahedral, okuma-pm600, "
+        "or a data sheet (.toml)"
     )
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path, machine="okuma", controllers=["pdi"])

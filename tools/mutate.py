@@ -111,6 +111,10 @@ MODULES: dict[str, tuple[list[str], set[str]]] = {
     "machine/workspace.py": ([*_MACHINE[3:5], *_LIMITS, *_ERRORS, *_RUN, *_DYNAMICS[2:]], set()),
     "export/mjcf.py": (_PEERS, set()),
     "export/mjcf_frames.py": (_PEERS, set()),
+    "export/mjcf_parts.py": (_PEERS, set()),
+    "export/mjcf_hexapod.py": (_PEERS, set()),
+    "export/mjcf_hexaglide.py": (_PEERS, set()),
+    "export/mjcf_tripod.py": (_PEERS, set()),
 }  # fmt: skip
 
 ROOMS = ("mechanics", "machine", "control", "observe")  # those of equations alone

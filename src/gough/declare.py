@@ -66,6 +66,11 @@ def _rules(file: bool) -> Iterator[None]:
         _FROM_FILE.reset(token)
 
 
+def si_numbers() -> Any:
+    """A context in which parts are made of SI numbers, also while a file is read: for parts that follow from others."""
+    return _rules(file=False)
+
+
 def one_of(**kinds: str) -> BeforeValidator:
     """For `Annotated`: a table whose `kind` chooses the Part, one_of(pid="gough.control.pid:PID", ...)."""
 
@@ -215,6 +220,8 @@ class Part(BaseModel):
                 value = (value.shape, value.tobytes())
             elif isinstance(value, Part):
                 value = value._content()
+            elif _parts(value):
+                value = tuple(one._content() for one in value)
             elif isinstance(value, dict | list):
                 value = repr(value)
             out.append((name, value))
@@ -241,6 +248,8 @@ class Part(BaseModel):
             value = getattr(self, name)
             if isinstance(value, Part):
                 value = value.structure()
+            elif _parts(value):
+                value = tuple(one.structure() for one in value)
             elif name in self.specs() and field.json_schema_extra["theta"]:
                 value = None if value is None else np.shape(value)
             else:
@@ -344,9 +353,16 @@ class Part(BaseModel):
                 out[name] = written(value, specs[name])
             elif isinstance(value, Part):
                 out[name] = value.to_file()
+            elif _parts(value):
+                out[name] = [one.to_file() for one in value]
             else:
                 out[name] = value
         return out
+
+
+def _parts(value: Any) -> bool:
+    """Whether a value is a list of parts; their numbers are in no theta."""
+    return isinstance(value, list) and bool(value) and all(isinstance(one, Part) for one in value)
 
 
 class Shape:

@@ -47,7 +47,8 @@ class Quantity:
             (self.at_most, np.greater, "at most"),
         ):
             if bound is not None and wrong(value, bound).any():
-                raise InputError(f"must be {word} {with_unit(bound, self.unit)}", value=brief(raw, self.unit))
+                unit = self._units(1)[0]
+                raise InputError(f"must be {word} {with_unit(bound, unit)}", value=brief(raw, unit))
         if value.ndim == 0:
             return float(value)
         value.setflags(write=False)
@@ -59,12 +60,13 @@ class Quantity:
         if isinstance(raw, str):
             if self.unit == "1" and not raw.strip().endswith(("%", "x")):
                 raise InputError("must be a number, without quotes", value=brief(raw))
-            return units.to_si(raw, self.unit)
+            return units.to_si(raw, self._units(1)[0])
         if isinstance(raw, Mapping):  # { unit = "m", value = [[...], ...] }
             if set(raw) != {"unit", "value"}:
                 raise InputError("an array is written { unit = ..., value = [...] }", value=brief(sorted(raw)))
             scale, dimension = units.unit(_text(raw["unit"]))
-            if not units.same_dimension(dimension, units.unit(self.unit)[1]):
+            each = self._units(len(raw["value"]) or 1 if isinstance(raw["value"], list | tuple) else 1)
+            if len(set(each)) > 1 or not units.same_dimension(dimension, units.unit(each[0])[1]):
                 raise UnitError(f"{raw['unit']!r} is not a unit of {self.unit}")
             return np.array(_numbers(raw["value"]), float) * scale
         if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
@@ -110,7 +112,7 @@ def _text(raw: Any) -> str:
 def written(value: Any, spec: Quantity) -> Any:
     each = spec._units(int(np.size(value)))
     if np.ndim(value) == 0:
-        return f"{value!r} {spec.unit}" if spec.unit not in ("", "1") else value
+        return f"{value!r} {each[0]}" if each[0] not in ("", "1") else value
     if len(set(each)) == 1:
         return {"unit": each[0] or "1", "value": np.asarray(value).tolist()}
     return [f"{float(v)!r} {u}" for v, u in zip(value, each, strict=True)]

@@ -11,6 +11,7 @@ MACHINES = [
     "okuma-pm600",
     "eth-hexaglide",
     "ccu-3prs",
+    "ifma-hsm",
 ]
 
 

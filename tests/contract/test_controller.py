@@ -8,6 +8,8 @@ import pytest
 
 import gough as gk
 from gough.control.base import Measurement
+from gough.control.flexible_feedforward import FlexibleFeedforward
+from gough.control.gravity_compensation import GravityCompensation
 from gough.kernel.pack import flatten, names, symbols, unflatten
 from gough.machine.drives import force_limit
 from gough.simulate import tick
@@ -15,8 +17,10 @@ from gough.simulate import tick
 LAWS = {
     "pid": gk.PID(bandwidth=12.0),
     "pid with all terms": gk.PID(bandwidth=10.0, derivative=1e-3, acceleration_feedforward=1.0),
+    "pid by poles": gk.PID(poles=[20.0, 80.0, 200.0]),
     "computed torque": gk.ComputedTorque(bandwidth=16.0),
     "computed torque by poles": gk.ComputedTorque(poles=[100.0, 100.0, 200.0]),
+    "computed torque by gains": gk.ComputedTorque(error_gains=[300.0, 4e4, 1e6]),  # a pair of damping 0.72
     "robust adaptive": gk.RobustAdaptive(slope=100.0, damping=250.0),
     "robust adaptive with all terms": gk.RobustAdaptive(
         slope=100.0,
@@ -35,6 +39,8 @@ LAWS = {
     "desired torque at three rates": gk.DesiredTorqueAdaptive(
         pole=200.0, observer="euler", model_period=2e-3, adaptation_period=6e-3, physical=True
     ),
+    "gravity compensation": GravityCompensation(law=gk.ComputedTorque(bandwidth=16.0), degree=2),
+    "flexible feedforward": FlexibleFeedforward(law=gk.DesiredTorqueAdaptive(pole=100.0), degree=2),
 }
 # what waits while a drive is saturated, and a number that may change
 LEARNED = {
@@ -53,7 +59,10 @@ NUMBER = {
     "equivalent_error": {"strength": 100.0},
     "axis_pd": {"stiffness": 7e6},
     "desired_torque_adaptive": {"pole": 70.0},
+    "gravity_compensation": {"law.bandwidth": 7.0},
+    "flexible_feedforward": {"law.pole": 70.0},
 }
+WRAPPING = ("gravity_compensation", "flexible_feedforward")
 PERIOD = 1e-3
 # quick: every law on one machine, and one law on every machine
 pytestmark = pytest.mark.quick("*-nist-octahedral", "computed torque-*")
@@ -121,6 +130,8 @@ def test_other_forces_at_rest_are_taken_over_too(law, machine, rest, sample):
 
 
 def test_at_rest_nothing_moves(law, machine, rest, sample):
+    if law.kind in WRAPPING:
+        pytest.skip("moves the joints to where the tool, bent by gravity, stands right")
     r, u0 = rest
     state = law.init(r, u0)
     for _ in range(3):
@@ -166,11 +177,8 @@ def test_states_have_names(law, machine, rest):
 
 def test_numbers_are_told_apart_from_equations(law):
     """Another gain is another theta, not another equation."""
-    other = (
-        law.replace(poles=[50.0, 60.0, 70.0])
-        if getattr(law, "poles", None) is not None
-        else law.replace(**NUMBER[law.kind])
-    )
+    several = [name for name in ("poles", "error_gains") if getattr(law, name, None) is not None]
+    other = law.replace(**({name: 0.9 * getattr(law, name) for name in several} or NUMBER[law.kind]))
     assert other.structure() == law.structure()
     assert other != law
     assert not np.array_equal(other.theta, law.theta)
@@ -179,6 +187,8 @@ def test_numbers_are_told_apart_from_equations(law):
 @pytest.mark.quick("pid-nist-octahedral", "computed torque-nist-octahedral")
 def test_it_follows_a_slow_circle_within_its_band(law, machine, request):
     """3 m/min on 50 mm, no friction but what the law knows of.  All feed the speed forward."""
+    if law.kind in WRAPPING:
+        pytest.skip("is off by the sag where nothing sags: runs on flexible plants are in tests/control")
     circle = gk.Circle(radius=0.05, feed=0.05)
     free = free_law(request.node.callspec.params["law"], machine)
     known = law.kind == "robust_adaptive"  # compensates the friction of the sheet: there it must be

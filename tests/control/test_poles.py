@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gough as gk
+from gough.errors import InputError
 from gough.simulate import stability
 from oracle.machines import MACHINES
 
@@ -50,6 +51,57 @@ def test_computed_torque_by_bandwidth_is_by_poles(machine):
     np.testing.assert_allclose(
         same.replace(poles=[100.0, 100.0, 200.0]).gains(same.replace(poles=[100.0, 100.0, 200.0])), [400, 5e4, 2e6]
     )
+
+
+def test_the_cascade_has_the_poles_it_was_given_on_one_axis():
+    """(s + 20)(s + 80)(s + 200), and the larger of the two K_v that give them."""
+    axis, poles = gk.load_machine("emps").frictionless(), [20.0, 80.0, 200.0]
+    law = gk.PID(poles=poles)
+    # the delay of a sample in speed and force: K_D Ts = 300 x 2e-5 = 0.6 %, over the pole spacing
+    assert_same_poles(decay_rates(axis, law), [-20.0, -80.0, -200.0], relative=0.02)
+    K_v, w, w_i = law.gains(law)
+    assert K_v > w_i > 0
+    np.testing.assert_allclose([w, w * (K_v + w_i), w * w_i * K_v], [300, 21_600, 320_000], rtol=1e-14)
+
+
+def test_the_gains_of_bouzgarrou_2001_are_those_of_a_cascade_with_round_numbers():
+    """k_V = 50 and 100 1/s, k_I = 7500 and 3e4 1/s2 (MACHINES.md 4.2); the printed low k_p is no cascade's."""
+    for gains, k_V, k_I in (([300, 2.25e4, 3.75e5], 50, 7500), ([600, 9e4, 3e6], 100, 30_000)):
+        law = gk.PID(poles=-np.roots([1, *gains]).real)
+        K_v, w, w_i = law.gains(law)
+        np.testing.assert_allclose([K_v, w * w_i], [k_V, k_I], rtol=1e-12)
+    assert not np.isreal(np.roots([1, 300, 2.25e3, 3.75e5])).all()
+
+
+def test_poles_that_no_cascade_has_are_refused_with_by_how_much():
+    text = r"poles: no cascade has these poles: K_v would not be real, got K_P\^2 / \(4 K_D K_I\) = 0\.7812"
+    with pytest.raises(InputError, match=text):
+        gk.PID(poles=[100.0, 100.0, 200.0])
+    gk.PID(poles=[10.0, 30.0, 90.0])  # 1 : 3 : 9, as the message says
+
+
+@pytest.mark.parametrize("law", [gk.PID, gk.ComputedTorque])
+def test_a_law_is_tuned_in_one_way(law):
+    with pytest.raises(InputError, match='bandwidth: is missing; write bandwidth = "1. Hz", or give three poles'):
+        law()
+    with pytest.raises(InputError, match="bandwidth: give (either bandwidth or|one of bandwidth and) poles; take "):
+        law(bandwidth=10.0, poles=[10.0, 30.0, 90.0])
+
+
+def test_gains_that_let_the_error_grow_are_refused():
+    with pytest.raises(InputError, match=r"the error would grow: K_D K_P must be above K_I, got 200 1/s3"):
+        gk.ComputedTorque(error_gains=[10.0, 20.0, 300.0])
+
+
+@pytest.mark.quick("okuma-pm600")
+def test_computed_torque_by_gains_swings_as_its_polynomial_does(machine):
+    """The low gains as Bouzgarrou et al. 2001 print them: a pair at 35.6 1/s with a damping of 0.047."""
+    gains = [300.0, 2.25e3, 3.75e5]
+    roots = np.roots([1, *gains])
+    assert sorted(-roots.real / np.abs(roots))[0] == pytest.approx(0.0467, abs=1e-4)
+    found = decay_rates(machine, gk.ComputedTorque(error_gains=gains))
+    # K_D Ts = 0.6 % of each pole's size moves a pole whose real part is a twentieth of it: 1 % of |pole|
+    assert_same_poles(found, list(roots) * 6, relative=0.01)
 
 
 @pytest.mark.quick("okuma-pm600")

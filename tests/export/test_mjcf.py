@@ -106,8 +106,42 @@ def test_a_wrong_option_is_refused_with_its_cure(options, text):
 def test_a_body_that_mujoco_would_refuse_is_refused_here_with_its_name():
     with pytest.raises(SheetError, match="strut.fixed of okuma-pm600: .* got 1 against 0.15 kg m2"):
         mjcf(OKUMA.replace(**{"strut.fixed.axial": 1.0}))
-    with pytest.raises(SheetError, match="only a hexapod can be written as mjcf"):
+
+
+def test_what_is_no_machine_or_of_a_kind_that_is_not_written_is_refused_with_the_kinds_that_are(gough):
+    with pytest.raises(SheetError, match="no machine of this kind can be written as mjcf"):
         gk.export(gk.Circle(radius=0.1, feed=0.1), "mjcf")
+    ended = gough("export", "emps", "--target", "mjcf")
+    text = "kind: no machine of this kind can be written as mjcf, got axis; hexapod, hexaglide, tripod can\n"
+    assert (ended.status, ended.out, ended.err) == (2, "", text)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "tree"), [("ccu-3prs", "slider", "link"), ("eth-hexaglide", "carriage", "leg")]
+)
+def test_machines_on_rails_are_written_with_their_own_words(gough, name, said, tree):
+    machine = gk.load_machine(name)
+    root = ET.fromstring(gough("export", name, "-t", "mjcf").out)
+    for i, point in enumerate(machine.rails.point, 1):
+        body = root.find(f".//body[@name='{said} {i}']")
+        joint = body.find(f"joint[@name='{said} {i}']")
+        assert numbers(joint, "axis").tolist() == machine.rails.direction[i - 1].tolist()
+        assert numbers(joint, "range").tolist() == machine.limits.travel.tolist()
+        np.testing.assert_allclose(numbers(body, "pos") - numbers(joint, "ref") * machine.rails.direction[i - 1], point)
+        assert body.find(f"body[@name='{tree} {i}']") is not None
+    assert len(root.findall("equality/connect")) == machine.joints_count
+    assert "strut" not in gough("export", name, "-t", "mjcf").out
+
+
+def test_screws_and_motors_of_a_3prs_weigh_on_its_slides_and_its_links_keep_their_angles():
+    machine = gk.load_machine("ccu-3prs").replace(friction={"kind": "stribeck", "coulomb": 60.0, "viscous": 100.0,
+                                                            "smoothing": 1e-3})  # fmt: skip
+    root = ET.fromstring(mjcf(machine))
+    slide, link = root.find(".//joint[@name='slider 2']"), root.find(".//joint[@name='link 2']")
+    assert float(slide.get("armature")) == machine.drive.inertia * (2 * np.pi / machine.drive.lead) ** 2
+    assert float(slide.get("damping")) == 100.0
+    assert numbers(link, "range").tolist() == machine.limits.angle.tolist()
+    assert float(link.get("ref")) == machine.standing(machine.home)[4]
 
 
 def test_export_knows_its_targets_and_writes_whole_files(tmp_path):

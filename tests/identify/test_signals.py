@@ -179,3 +179,10 @@ def test_a_cutoff_beyond_the_rows_is_refused(hexaglide, plain):
         LogError, match="cutoff: the filter must be below half the sample rate, got 600 Hz .limit 450 Hz."
     ):
         signals_of(plain[0], hexaglide, cutoff=600.0)
+
+
+def test_a_log_beyond_the_declared_workspace_is_told_how_it_can_be_read(hexaglide, plain):
+    space = hexaglide.limits.workspace
+    tight = hexaglide.replace(limits=hexaglide.limits.replace(workspace=space.replace(height=1e-3)))
+    with pytest.raises(LogError, match="beyond the height of the workspace.*, or declare a larger limits.workspace$"):
+        signals_of(plain[0], tight)

@@ -113,6 +113,17 @@ def test_a_blow_is_a_collision_within_10_ms_and_a_cut_is_none(ideal):
     assert blow.peak == pytest.approx(3000, abs=150)
 
 
+def test_a_record_that_begins_under_a_load_does_not_begin_with_a_collision(ideal):
+    n = 2000
+    force = np.zeros((n, 6))
+    force[:, 0], force[1000:, 2] = 2000.0, 3000.0
+    watch = gk.monitor(as_log(ideal, circle(ideal, n, 0.05, 1.0, force)), ideal, collision=700.0, alarm=1000.0)
+    (blow,) = watch.of("collision")
+    assert 0 < blow.start - 1.0 <= 0.010
+    (alarm,) = watch.of("alarm")
+    assert alarm.start == pytest.approx(0.043, abs=0.002), "from the first sample that is looked at"
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["okuma-pm600", "eth-hexaglide"])
 def test_a_sound_machine_in_air_gives_no_event(name):
@@ -206,6 +217,44 @@ def test_a_blow_on_top_of_a_blow_is_another_one():
     events.finish()
     assert [event.start for event in events.found] == [pytest.approx(0.5), pytest.approx(1.0)]
     assert events.found[1].end == pytest.approx(1.499), "back at what was before the first"
+
+
+def test_a_jump_back_that_hangs_at_the_threshold_is_no_other_collision():
+    """Found on a pulse of 176 N: a row of the jump back was below the threshold, the next one above it again."""
+    events = Events(PERIOD, None, 100.0, None)
+    f = np.zeros((1000, 3))
+    f[300:500, 0] = 800
+    f[500:, 0] = 45 * np.exp(-np.arange(500) / 100)  # back within half of 100 at once
+    f[509:511, 0] = 760.0 - 700  # 10 ms before it was 800: calm in between, by noise
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [event.start for event in events.found] == [pytest.approx(0.3)]
+
+
+def test_a_blow_that_does_not_come_quite_back_ends_and_is_no_breakage():
+    """Found on a pulse of 176 N at a reversal, where friction had feigned 16 N before it: never back to within 11 N."""
+    events = Events(PERIOD, None, 22.0, 22.0)
+    f = np.zeros((1000, 3))
+    f[280:310, 0], f[310:600, 0] = 16.0, -176.0
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [(e.kind, e.start, e.end) for e in events.found] == [
+        ("collision", pytest.approx(0.310), pytest.approx(0.599)),
+    ]
+
+
+def test_a_blow_while_the_last_one_settles_is_another_one():
+    events = Events(PERIOD, None, 100.0, None)
+    f = np.zeros((1000, 3))
+    f[300:500, 0] = 800
+    f[504:700, 1] = 300
+    t = np.arange(1000) * PERIOD
+    for part in np.array_split(np.arange(1000), 9):
+        events.look(t[part], f[part], np.ones(len(part)))
+    assert [event.start for event in events.found] == [pytest.approx(0.3), pytest.approx(0.504)]
+    assert events.found[1].end == pytest.approx(0.699)
 
 
 # -- the command --------------------------------------------------------------------------------------------------

@@ -32,11 +32,12 @@ class MuJoCo:
         self.model = mujoco.MjModel.from_xml_string(mjcf(machine))
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)  # G is taken from the sites
         self.data = mujoco.MjData(self.model)
-        self.ends = [(self.model.site(f"tube {i} B").id, self.model.site(f"platform B{i}").id) for i in range(1, 7)]
+        self.ends = list(zip(self.model.eq_obj1id, self.model.eq_obj2id, strict=True))
 
-    def trees(self, poses, V):
-        """The tree of every pose (n, 6), moving with the twist V (n, 6)."""
-        for q, R_WT, twist in zip(positions(self.machine, poses), rotation_of_abc_np(poses[:, 3:]), V, strict=True):
+    def trees(self, x, V):
+        """The tree of every x (n, d), moving with the velocities V (n, d): twists, or velocities of a 3-PRS's tip."""
+        poses = self.machine.tool_pose(x)
+        for q, R_WT, twist in zip(positions(self.machine, x), rotation_of_abc_np(poses[:, 3:]), V, strict=True):
             yield self._tree(q, R_WT, twist)
 
     def _tree(self, q, R_WT, V) -> Tree:
@@ -46,7 +47,7 @@ class MuJoCo:
         G = np.concatenate([self._jacobian(a) - self._jacobian(b) for a, b in self.ends])
         data.qvel[:] = spread(G, R_WT) @ V
         mujoco.mj_forward(model, data)
-        M = np.zeros((24, 24))
+        M = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, M)
         drift = np.concatenate([self._drift(a) - self._drift(b) for a, b in self.ends])
         return Tree(M, data.qfrc_bias.copy(), G, drift)
@@ -56,12 +57,12 @@ class MuJoCo:
         return max(np.linalg.norm(self.data.site_xpos[a] - self.data.site_xpos[b]) for a, b in self.ends)
 
     def _jacobian(self, site):
-        out = np.zeros((3, 24))
+        out = np.zeros((3, self.model.nv))
         self.mujoco.mj_jacSite(self.model, self.data, out, None, site)
         return out
 
     def _drift(self, site):
-        out = np.zeros((3, 24))
+        out = np.zeros((3, self.model.nv))
         point, body = self.data.site_xpos[site], self.model.site_bodyid[site]
         self.mujoco.mj_jacDot(self.model, self.data, out, None, point, body)
         return out @ self.data.qvel
@@ -97,18 +98,19 @@ class Pinocchio:
         self.exact = pin.ProximalSettings(1e-14, 0.0, 1)
 
     def accelerations(self, q, v, tau):
-        """y'' by Pinocchio's constraintDynamics: the whole tree with its loops.  (24,)."""
+        """y'' by Pinocchio's constraintDynamics: the whole tree with its loops.  (nv,)."""
         return self.pin.constraintDynamics(self.model, self.data, q, v, tau, self.rigid, self.rigid_data, self.exact)
 
-    def positions(self, poses):
-        """Its q at poses: as MuJoCo's, with the quaternion's w last.  (..., 6) -> (..., 25)."""
-        q = positions(self.machine, poses)
+    def positions(self, x):
+        """Its q at task coordinates: as MuJoCo's, with the quaternion's w last."""
+        q = positions(self.machine, x)
         q[..., 3:7] = q[..., [4, 5, 6, 3]]
         return q
 
-    def trees(self, poses, V):
-        """The tree of every pose (n, 6), moving with the twist V (n, 6)."""
-        for q, R_WT, twist in zip(self.positions(poses), rotation_of_abc_np(poses[:, 3:]), V, strict=True):
+    def trees(self, x, V):
+        """The tree of every x (n, d), moving with the velocities V (n, d): twists, or velocities of a 3-PRS's tip."""
+        poses = self.machine.tool_pose(x)
+        for q, R_WT, twist in zip(self.positions(x), rotation_of_abc_np(poses[:, 3:]), V, strict=True):
             yield self._tree(q, R_WT, twist)
 
     def _tree(self, q, R_WT, V) -> Tree:
@@ -124,7 +126,7 @@ class Pinocchio:
         M = pin.crba(model, data, q).copy()
         M = np.triu(M) + np.triu(M, 1).T
         c = pin.nonLinearEffects(model, data, q, v).copy()
-        pin.forwardKinematics(model, data, q, v, np.zeros(24))
+        pin.forwardKinematics(model, data, q, v, np.zeros(model.nv))
         drift = np.concatenate(
             [(pin.getFrameClassicalAcceleration(model, data, a, axes)
               - pin.getFrameClassicalAcceleration(model, data, b, axes)).linear for a, b in self.ends]

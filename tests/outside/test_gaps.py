@@ -159,6 +159,16 @@ def test_clipped_forces_are_marked_left_out_and_counted(record, truth):
     assert told(found) == ["forces are cut off at line 152, t = 0.15 s to 0.152 s, 3 samples"]
 
 
+def test_forces_that_no_drive_gives_are_marked_left_out_and_told(record, truth, okuma):
+    """60 N m on a screw of 25 mm are 15.08 kN."""
+    table = truth.table.copy()
+    table[150:152, 8], table[300, 9] = 15.2e3, -15.0e3
+    found, _, parts = record(table)
+    good = np.concatenate([p.good for p in parts])
+    assert np.flatnonzero(~good).tolist() == [0, 150, 151, 152]
+    assert told(found) == ["no drive gives such a force at line 152, t = 0.15 s to 0.151 s, 2 samples"]
+
+
 @pytest.mark.parametrize(("unit", "meant"), [("m", "mm"), ("um", "mm"), ("cm", "mm"), ("in", "mm")])
 def test_readings_in_another_unit_are_refused_with_the_right_one(record, truth, unit, meant):
     with pytest.raises(LogError) as caught:

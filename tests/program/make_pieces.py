@@ -22,8 +22,8 @@ from gough.program.write import to_gcode
 FOLDER = Path(gough.program.__file__).parent / "pieces"
 DECIMALS = 6  # 1 nm; 1e-6 deg turn a tool of 100 mm by 2 nm
 HEXAPODS, OKUMA = ("nist-octahedral", "okuma-pm600"), ("okuma-pm600",)
-SIX = ("eth-hexaglide", *HEXAPODS)
-ALL = ("ccu-3prs", *SIX)
+WIDE = ("eth-hexaglide", "ifma-hsm", *HEXAPODS)
+ALL = ("ccu-3prs", *WIDE)
 XY, YZ, ZX = (0.0, 0.0, 0.0), (radians(90), 0.0, radians(90)), (radians(-90), radians(-90), 0.0)
 
 
@@ -47,7 +47,7 @@ def _circles(radius, plane, name, feed, machines):
 
 
 RECIPES = {
-    "circles-xy": _circles(0.1, XY, "XY", 3.0, SIX),
+    "circles-xy": _circles(0.1, XY, "XY", 3.0, WIDE),
     "circles-yz": _circles(0.08, YZ, "YZ", 3.0, ALL),
     "circles-zx": _circles(0.08, ZX, "ZX", 3.0, ALL),
     "circle-diamond-square": Recipe(
@@ -55,7 +55,7 @@ RECIPES = {
         "Circle, diamond, square: a contouring test piece after ISO 10791-7 and NAS 979.\n"
         "A square of 160 mm, in it a diamond, in that a circle of 100 mm, each 2 mm above the one around it;\n"
         "the circle clockwise, then counter-clockwise.  Zero lies in the middle of the top.",
-        SIX,
+        WIDE,
     ),
     "square-corners": Recipe(
         SquareCorners(side=(0.02, 0.06, 0.1), feed=2.0 / 60),

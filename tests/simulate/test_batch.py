@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import tracemalloc
 
 import numpy as np
@@ -306,3 +307,22 @@ def test_reports_refuse_a_batch_and_say_how_to_pick_a_run(batch, tmp_path):
     with pytest.raises(LogError, match=r"run: holds a batch of runs; pick one: log.run\(0\)"):
         gk.report(batch, tmp_path)
     assert batch.run(2).plot.contour().lines
+
+
+@pytest.mark.parametrize(
+    ("laws", "said"),
+    [
+        (
+            [gk.ComputedTorque(bandwidth=20.0), gk.ComputedTorque(bandwidth=20.0, period=2e-3)],
+            "controller.1.period: laws of a batch must tick together, got 2 ms; run 0 has 1 ms; run those of one",
+        ),
+        (
+            [gk.DesiredTorqueAdaptive(pole=300.0, model_period=p) for p in (2e-3, 2e-3, 3e-3)],
+            "controller.2.model_period: runs of a batch may differ in numbers only, got 0.003; run 0 has 0.002;",
+        ),
+    ],
+)
+def test_laws_of_a_batch_tick_together_or_are_refused_by_name(laws, said):
+    machine, program = gk.load_machine("eth-hexaglide"), gk.Circle(radius=0.015, feed=0.1)
+    with pytest.raises(ExperimentError, match=re.escape(said)):
+        gk.simulate(machine, laws, program)

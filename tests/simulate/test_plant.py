@@ -57,3 +57,9 @@ def test_the_payloads_place_is_in_t_whatever_frame_the_sheet_uses(nist):
         for m in (nist, told)
     ]
     assert_allclose(forces[1], forces[0], rtol=1e-9)
+
+
+def test_a_payload_on_one_axis_is_a_heavier_carriage():
+    axis = gk.load_machine("emps")
+    loaded = gk.Plant(machine=axis, payload=30.0, payload_center=[0.1, 0.2, 0.3]).true_machine
+    assert loaded.carriage.mass == axis.carriage.mass + 30.0 and loaded.replace(carriage=axis.carriage) == axis

@@ -140,3 +140,6 @@ def test_less_than_half_a_minute_of_an_optimal_motion_is_enough_off_line_and_on_
     assert np.nanmax(found.off(found.learned(1))) <= learning.WITHIN
     assert np.nanmax(found.off(found.learned(0))) > learning.WITHIN, "at the pace of the ten minutes it is not done"
     assert np.nanmax(best) < np.nanmax(found.off(found.learned(1)))
+    assert found.condition[0] < 0.6 * found.condition[1], "straight lines with turns of 8 deg"
+    outside = np.abs(found.off_line - found.true) > 2 * found.std
+    assert outside.sum() <= 4, "20 numbers: one is usual, more than four are not; seven by noise alone"

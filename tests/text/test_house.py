@@ -26,7 +26,7 @@ FLOORS = [
     },
     {"mechanics", "kernel"},
     {"machine"},
-    {"program", "control", "observe"},
+    {"program", "control", "observe", "cutting"},
     {"measure"},
     {"log"},
     {"simulate"},

@@ -4,6 +4,7 @@
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
     gough monitor LOG    the force on the tool out of a recorded log
+    gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
     gough export M       a machine for another program
@@ -166,6 +167,48 @@ def monitor(
     return finish("monitor", work, json, debug)
 
 
+@app.command(rich_help_panel="Logs")
+def compensate(
+    part: Annotated[Path, typer.Argument(help="The NC program that was run; it is never overwritten.")],
+    log: Annotated[Path, typer.Option("--log", help="The log (.nc) of its run, with wrench_hat, or q_m and u.")],
+    height: Annotated[str, typer.Option("--height", help='Height of the wall, as "18 mm".')],
+    machine: Annotated[
+        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet.  [default: the log's]")
+    ] = None,
+    air: Annotated[
+        str | None,
+        typer.Option("--air", help='Way through air, to tare on: "5 mm..30 mm" of the path.  [default: no taring]'),
+    ] = None,
+    least: Annotated[str, typer.Option("--least", help="Force below which nothing is cut.")] = "10 N",
+    linear: Annotated[
+        str | None, typer.Option("--linear", help='Of the tool\'s law.  [default: "9.08e-4 deg/N"]')
+    ] = None,
+    quadratic: Annotated[
+        str | None, typer.Option("--quadratic", help='Of the tool\'s law.  [default: "2.42e-6 deg/N2"]')
+    ] = None,
+    bandwidth: Annotated[
+        str, typer.Option("--bandwidth", help="Of the force, where the log has no estimate.")
+    ] = "10 Hz",
+    fine: Annotated[str, typer.Option("--fine", help="Steps of the tilt that get a line of their own.")] = "0.003 deg",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The corrected program.  [default: PART-compensated.ngc]")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there (never the original).")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Write an NC program again, its tool leaning against the force that the log of a run shows."""
+
+    def work(outcome: Outcome) -> None:
+        from .compensate import Asked, compensate_file
+
+        asked = Asked(height, air, least, linear, quadratic, bandwidth, fine)
+        compensate_file(part, log, machine, asked, out, force, quiet or json, outcome)
+
+    return finish("compensate", work, json, debug)
+
+
 @app.command(rich_help_panel="Simulate")
 def reproduce(
     paper: Annotated[str, typer.Argument(help="A paper, such as garagic2004; or all.", metavar="PAPER|all")],
@@ -192,7 +235,10 @@ def reproduce(
 
 @app.command(rich_help_panel="Simulate")
 def identify(
-    log: Annotated[Path, typer.Argument(help="A log with q_m and u, or a recorded one: .csv, .parquet, .mat, .nc.")],
+    log: Annotated[
+        list[Path],
+        typer.Argument(help="Logs with q_m and u, or recorded ones: .csv, .parquet, .mat, .nc; taken together."),
+    ],
     machine: Annotated[
         str, typer.Option("--machine", "-m", help="The library machine or data sheet (.toml) that was logged.")
     ],
@@ -217,6 +263,10 @@ def identify(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="A file for the table, or with .json for the object.")
     ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", help="A figure (.png, .svg, .pdf): errors over time and speed, held out and learned."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -227,7 +277,7 @@ def identify(
     def work(outcome: Outcome) -> None:
         from .identify import identify_log
 
-        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, force, quiet, outcome)
+        identify_log(log, machine, map_file, free, friction, cutoff, compare, out, plot, force, quiet, outcome)
 
     return finish("identify", work, json, debug)
 

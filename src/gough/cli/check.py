@@ -85,13 +85,26 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         motion = experiment.program.plan(experiment.machine)
     except InputError as error:
         raise experiment.document.locate(error, "program") from None
+    _check_cut(experiment, motion)
     _check_loops(experiment, motion.duration)
     check_motion(experiment.machine, motion, experiment.run.period)
     return {
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],
+        **({} if experiment.observer is None else {"observer": experiment.observer.kind}),
         "duration": round(float(motion.duration), 3),
     }
+
+
+def _check_cut(experiment: Experiment, motion: Any) -> None:
+    """Refuse a cut that the program does not make."""
+    from ..simulate.cut import check
+
+    if experiment.plant is not None:
+        try:
+            check(experiment.plant.cutting, motion)
+        except InputError as error:
+            raise experiment.document.locate(error) from None
 
 
 def _check_loops(experiment: Experiment, duration: float) -> None:

@@ -101,7 +101,14 @@ cone      = "45 deg"             # greatest angle of a joint from its direction 
 # condition_warning = 50         # condition number from which a run warns
 # determinant = 1e-3             # its least determinant, as a fraction of home's
 workspace = { radius = "0.15 m", height = "0.2 m", tilt = "20 deg", c = "20 deg" }
-#     or a box: size = ["0.3 m", "0.3 m"] instead of radius
+#     or a box: size = ["0.3 m", "0.3 m"] instead of radius; beside home: middle = ["0 m", "0.1 m", "0 m"], from it
+
+# [[compliance]]                 # joints that give way, one table each: in a [plant] with flexible = true
+# joint     = "struts"           # or "strut 3"; drives, base joints, platform joints; docs/flexible.md
+# stiffness = "400 N/um"         # of joints also three or six numbers; a full 6 x 6 is translation, rotation, coupling
+# damping_ratio = 0.02           # at
+# frequency     = "40 Hz"        # or damping = "2e4 N s/m", or beta = "0.1 ms": D = beta K
+# center        = ["0 m", "0 m", "50 mm"]     # of joints: the spring's place from the joint
 
 [feed]                           # what the tool is driven at when a program does not say
 rapid                = "12 m/min"
@@ -132,12 +139,20 @@ use = "nist-octahedral"          # a name of `gough machines`, or a path such as
 "friction.coulomb" = "1.2 x"     # times the machine's own, or a quantity such as "360 N"
 # "joints.friction" = "none"     # the machine has it, this one has not
 # friction_drift = "2 %/min"     # so much of its first size all friction grows; below 0 it falls
-# payload = "20 kg"              # carried by the platform, at
+# flexible = true                # the joints of the sheet's [[compliance]] give way,
+# stiffness = 0.8                # so many times as stiff as it says;
+# measured = "joint"             # encoders behind the springs, as direct scales; else at the "motor"
+# payload = "20 kg"              # a point mass that the tool carries, at
 # payload_center = { unit = "m", value = [0, 0, 0.3] }         # in T
 # offset  = { unit = "um", value = [0, 0, 10] }              # of the tool from its first place at the start, in W
 # wrench  = ["0 N", "0 N", "-200 N", "0 N m", "0 N m", "0 N m"]  # steady, on the tool tip, in W
 # faults  = [{ kind = "glitch", joint = 3, start = "2 s", duration = "2 ms", size = "10 um" }]  # of encoders; also
 #                                                      "stuck" and "dropout", which have no size
+# [plant.cutting]                # an end mill along a wall: docs/cutting.md
+# coefficients  = "A5052"        # or Al6082-T6, Al6061-T6, Al7075-T6, or a table of the six numbers
+# spindle_speed = "12000 rpm"
+# tool = { diameter = "12 mm", teeth = 2, helix = "30 deg" }
+# wall = { axial_depth = "18 mm", places = ["40 mm", "120 mm"], radial = ["0.5 mm"] }   # along the path
 
 [program]                        # an NC program ...
 # file   = "part.ngc"            # relative to this file; or the name of a shipped piece, "cone-frustum"
@@ -159,16 +174,24 @@ feed   = "3 m/min"
 
 [[controller]]
 kind      = "pid"                # cascade of each joint, as machine tools ship it
-bandwidth = "10 Hz"
+bandwidth = "10 Hz"              # or poles = ["20 1/s", "80 1/s", "200 1/s"] of a joint, not too near one another
 
 [[controller]]
 kind      = "computed_torque"    # inverse dynamics and PID on the tool's pose
-bandwidth = "10 Hz"
+bandwidth = "10 Hz"              # or poles; or error_gains = ["400 1/s", "5e4 1/s2", "2e6 1/s3"]
 
 # [[controller]]
 # kind    = "robust_adaptive"    # learns masses, drives and friction; or "fuzzy_friction", friction without a model
 # slope   = "100 1/s"            # decay of the error on the sliding surface
 # damping = "200 1/s"            # how fast the surface is reached
+
+[observer]                       # beside each controller: the force on the tool out of the drives' forces, for the log
+kind        = "disturbance"      # leave the table out for none
+bandwidth   = "20 Hz"            # of the low pass that the force comes through
+# form      = "momentum"         # or "static", which reads inertia as force
+# rest      = "1 mm/s"           # joint speed below which the direction of friction fades
+# base_torque = "8 N m"          # friction torque in each base joint of a hexapod: one value, or a list of six
+# greatest  = "50 kN"            # a change of force from sample to sample beyond it is none; else what the drives can
 
 [run]
 period    = "1 ms"               # of the controllers
@@ -219,7 +242,7 @@ factor  = "0.6 N m"              # what 1 A makes: the motor's torque constant; 
 
 # [identify]                     # what gough identify takes where the command says nothing
 # cutoff   = "20 Hz"
-# friction = ["coulomb", "viscous"]
+# friction = ["coulomb", "viscous"]     # also "offset"; "base_torque" of a hexapod
 """
 
 TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT, "map": MAP}

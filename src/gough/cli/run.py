@@ -111,7 +111,7 @@ def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Ended]:
     from ..simulate.run import simulate
 
     options = {name: getattr(experiment.run, name) for name in type(experiment.run).model_fields}
-    options |= {"strict": strict, "on_fail": "raise"}
+    options |= {"strict": strict, "on_fail": "raise", "observer": experiment.observer}
     with Shown(experiment.labels, quiet) as shown:
 
         def job(i: int):

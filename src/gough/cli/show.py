@@ -108,7 +108,11 @@ def numbers(part: Part, document: Document, above: str = "") -> list[tuple[str, 
     specs = part.specs()
     for name in type(part).model_fields:
         value = getattr(part, name)
-        if isinstance(value, Part):
+        if isinstance(value, list) and value and isinstance(value[0], Part):
+            for i, one in enumerate(value):
+                for key, number, unit, meaning in numbers(one, document, f"{above}{name}.{i}."):
+                    out.append((key, number, unit, f"{one.joint}: {meaning}"))
+        elif isinstance(value, Part):
             out += numbers(value, document, f"{above}{name}.")
         elif name in specs and value is not None:
             key = above + name
@@ -123,10 +127,10 @@ def _shown(value: Any, unit: str) -> list[str]:
     """The lines of a number: one for a single value or a row, one a row for a matrix."""
     units = [u.strip() for u in unit.split(",")]
     if not isinstance(value, list):
-        return [show(value, unit, 6)]
+        return [show(value, units[0], 6)]
     if isinstance(value[0], list):
         return [f"({len(value)} x {len(value[0])}) {unit}", *("  ".join(f"{v:12.6g}" for v in row) for row in value)]
-    units = units if len(units) == len(value) else units * len(value)
+    units = units if len(units) == len(value) else units[:1] * len(value)
     if len(set(units)) == 1:
         return [f"[{', '.join(f'{v:.6g}' for v in value)}] {units[0]}"]
     return [f"[{', '.join(show(v, u, 6) for v, u in zip(value, units, strict=True))}]"]

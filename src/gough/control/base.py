@@ -86,6 +86,18 @@ class Controller(Part):
         """A law of the same linear loop that is defined at rest at home, for `simulate.stability`; itself for most."""
         return self
 
+    def believing(self, machine: Machine) -> Controller:
+        """This law, bound by `on`, with other numbers of the machine it believes."""
+        return self.replace(machine=machine)
+
+    def learns(self, name: str) -> bool:
+        """Whether adaptation moves the state of this name."""
+        return name.partition(".")[0] in self.adapted
+
+    def state_told(self, name: str) -> tuple[str, str, str] | None:
+        """What `states` says of the state of this name."""
+        return self.states.get(name)
+
     def check_motion(self, motion, period: float) -> None:
         """Refuse a motion that this law cannot follow, before it starts; most follow any."""
 

@@ -6,12 +6,14 @@
     u   = J^-T (M a + h(z, V))                                                                                       (4)
 
 K_D, K_P, K_I place the poles of the decoupled error, s^3 + K_D s^2 + K_P s + K_I = (s + w1)(s + w2)(s + w3):
-`bandwidth` f gives w = (1, 1, 2) 2 pi f, `poles` gives them one by one.  Garagic and Srinivasan, ACC 2004, call this
+`bandwidth` f gives w = (1, 1, 2) 2 pi f, `poles` gives them one by one, `error_gains` gives K_D, K_P, K_I themselves,
+of which two poles may be a swinging pair.  Garagic and Srinivasan, ACC 2004, call this
 CCTPID and take it as their baseline with w0 = 100 rad/s; poles (100, 100, 200) 1/s bring out their corner error.
 
 Pose and twist come from the measured joints (observe.forward).  Two deviations from the paper: the error of
 orientation is a rotation vector, not a difference of Euler angles; the model is the believed machine without friction.
-On a machine whose velocities are no twist, (1)-(4) are in its own velocities: on the 3-PRS in those of the sliders.
+On a machine whose velocities are no twist, (1)-(4) are in its own velocities: on the 3-PRS in those of the sliders, on
+the hybrid machine in s', where they are eqs. (7)-(9) of Bouzgarrou et al. 2001.
 """
 
 from __future__ import annotations
@@ -52,14 +54,30 @@ class ComputedTorque(Controller):
     bandwidth: float | None = quantity("Hz", "of the error: poles at (1, 1, 2) 2 pi bandwidth", default=None, above=0)
     poles: Array | None = quantity("1/s", "magnitudes of the three error poles", default=None, above=0, shape=(3,))
 
+    error_gains: Array | None = quantity(
+        "1/s, 1/s2, 1/s3", "K_D, K_P, K_I themselves", default=None, above=0, shape=(3,)
+    )
+
     @model_validator(mode="after")
-    def _one_of_two(self):
-        if (self.bandwidth is None) == (self.poles is None):
-            raise InputError("give either bandwidth or poles", key="bandwidth", cure='write bandwidth = "16 Hz"')
+    def _one_of_three(self):
+        given = [name for name in ("bandwidth", "poles", "error_gains") if getattr(self, name) is not None]
+        if not given:
+            raise InputError("is missing", key="bandwidth", cure='write bandwidth = "16 Hz", or give three poles')
+        if len(given) > 1:
+            raise InputError(f"give one of {' and '.join(given)}", key="bandwidth", cure="take the others out")
+        if self.error_gains is not None:
+            K_D, K_P, K_I = self.error_gains
+            if K_D * K_P <= K_I:
+                raise InputError(
+                    "the error would grow: K_D K_P must be above K_I", key="error_gains",
+                    value=f"{K_D * K_P:.4g} 1/s3", limit=f"{K_I:.4g} 1/s3",
+                )  # fmt: skip
         return self
 
     def gains(self, p):
         """K_D, K_P, K_I of eq. (3)."""
+        if self.error_gains is not None:
+            return p.error_gains[0], p.error_gains[1], p.error_gains[2]
         if self.poles is None:
             w = 2 * np.pi * p.bandwidth
             return 4 * w, 5 * w**2, 2 * w**3

@@ -190,15 +190,23 @@ class EquivalentError(Controller):
         v = solve_square(J, qd)
         frame = carried(state.frame, r.tangent)
         E = self.errors(p, r, *m.tool_pose_of(p.machine, z), m.task_rate_of(p.machine, z, v), frame, state.change)
-        xdd = self.acceleration(E, self.asked(p, E, state.integral))
-        pi = {key: value for key, (value, _) in m.inertial(p.machine).items()}
-        vd = m.acceleration_of(p.machine, z, v, xdd)
-        u = solve_square_transposed(J, m.inverse_force(p.machine, pi, z, v, vd) + state.started)
+        u = self.command(p, z, v, J, E, state)
         held = saturated(m, p.machine, y.u)
         go_on = 1 if held is None else 1 - ca.mmax(held)
         integral = state.integral + go_on * p.period * E.value
         after = State(observer, y.q, state.joints, frame, integral, ca.SX(r.xdd)[:3], state.started)
         return Command(u), after
+
+    def command(self, p, z, v, J, E: Errors, state: State):
+        """u of eq. (9).  (n,)."""
+        return self.force(p, z, v, J, E, self.asked(p, E, state.integral), state.started)
+
+    def force(self, p, z, v, J, E: Errors, wanted, started):
+        """u with E'' as wanted, by inverse dynamics.  (n,)."""
+        m = self.machine
+        pi = {key: value for key, (value, _) in m.inertial(p.machine).items()}
+        vd = m.acceleration_of(p.machine, z, v, self.acceleration(E, wanted))
+        return solve_square_transposed(J, m.inverse_force(p.machine, pi, z, v, vd) + started)
 
     def _coordinates(self, p, state, r, q):
         m = self.machine

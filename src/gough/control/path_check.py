@@ -20,9 +20,13 @@ def check_equations(law, motion, period: float) -> None:
     if law.path is None and law.tangential == "distance":
         return  # the path's own frame is one everywhere
     count = motion.count(period)
-    ticks = np.unique(np.linspace(0, count - 1, min(count, _SAMPLES)).astype(int))
-    rows = [motion.sample(int(k), int(k) + 1, period) for k in ticks]
-    tips, tangents, speeds = (np.array([getattr(row, key)[0, :3] for row in rows]) for key in ("x", "tangent", "xd"))
+    stride = max(1, -(-count // _SAMPLES))
+    ticks = np.append(np.arange(0, count, stride), count - 1)
+    # every so many samples are those of a longer period, in one call; and the last
+    rows = motion.sample(0, len(ticks) - 1, stride * period), motion.sample(count - 1, count, period)
+    tips, tangents, speeds = (
+        np.concatenate([getattr(row, key)[:, :3] for row in rows]) for key in ("x", "tangent", "xd")
+    )
     if law.tangential == "distance":  # at rest without a direction the frame keeps the last one
         moving = np.linalg.norm(tangents, axis=1) > 0.5
         ticks, tips, tangents = ticks[moving], tips[moving], tangents[moving]

@@ -5,6 +5,7 @@
     [program]       file = "part.ngc", or kind = "circle", ...
     [tools]         file = "tool.tbl", or 1 = { length = "80 mm" }: lengths of an NC program's tools
     [[controller]]  kind = "pid", ...; several run side by side
+    [observer]      kind = "disturbance", ...: beside each of them, for the log
     [run]           period, substeps, seed, log_every, signals
 
 Every mistake is found at once and said with file, line, key, rule, value and cure.  Nothing in a file is executed:
@@ -22,16 +23,17 @@ from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from ..files import Document, read_toml
 from ..machine import sheet
 from ..names import slug
-from . import parts
+from . import observers, parts
 from .laws import START
 from .parts import Controller
 
 if TYPE_CHECKING:
     from ..machine.base import Machine
+    from ..observe.base import Observer
     from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
-TABLES = ("machine", "plant", "program", "tools", "controller", "run", "sweep")
+TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "run", "sweep")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
 
 
@@ -46,6 +48,7 @@ class Experiment:
     controllers: tuple[Controller, ...]
     run: Run
     document: Document
+    observer: Observer | None = None
 
     def locate(self, error: InputError, i: int) -> InputError:
         """An error of running controller i with its place in the file."""
@@ -184,16 +187,20 @@ class _Builder:
         if tools is not None and program is not None and "file" not in self.data["program"]:
             self._note([Problem("only an NC program uses tools", key="tools", cure="remove the table")])
         controllers = self._controllers()
+        observer = self._make("observer", observers.observer_of) if "observer" in self.data else None
         run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
         if machine and run:
             self._try(parts.check_supervision, machine, run)
+            self._try(observers.check_observer, observer, machine, run)
         if known and plant:
             self._try(parts.check_faults, plant)
+        if run and "observer" not in self.data:
+            self._try(observers.check_signals, run.signals, controllers, key="run")
         if self.problems:
             here = str(self.document.path)
             raise ExperimentError(problems=sorted(self.problems, key=lambda p: (p.file != here, p.line or 0)))
         name = slug(self.document.path.stem)
-        return Experiment(name, machine, plant, program, tuple(controllers), run, self.document)
+        return Experiment(name, machine, plant, program, tuple(controllers), run, self.document, observer)
 
     def _note(self, problems: list[Problem], prefix: str = "") -> None:
         if problems:
@@ -213,12 +220,12 @@ class _Builder:
                 self._note(list(error.problems), key)
         return None
 
-    def _try(self, check: Callable, *what: Any) -> None:
+    def _try(self, check: Callable, *what: Any, key: str = "") -> None:
         """Note what a check of parts together finds."""
         try:
             check(*what)
         except InputError as error:
-            self._note(list(error.problems))
+            self._note(list(error.problems), key)
 
     def _controllers(self) -> list[Controller]:
         tables = self.data.get("controller")

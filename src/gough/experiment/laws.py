@@ -21,6 +21,8 @@ OWN = {
     "robust_adaptive": "gough.control.robust_adaptive:RobustAdaptive",
     "fuzzy_friction": "gough.control.fuzzy_friction:FuzzyFriction",
     "equivalent_error": "gough.control.equivalent_error:EquivalentError",
+    "gravity_compensation": "gough.control.gravity_compensation:GravityCompensation",
+    "flexible_feedforward": "gough.control.flexible_feedforward:FlexibleFeedforward",
 }
 
 # what a law named on the command line starts with, where it needs a number: half of what both library machines bear
@@ -32,6 +34,8 @@ START = {
     "robust_adaptive": {"slope": "100 1/s", "damping": "200 1/s"},
     "fuzzy_friction": {"slope": "100 1/s", "damping": "200 1/s"},
     "equivalent_error": {},
+    "gravity_compensation": {"law": {"kind": "computed_torque", "bandwidth": "10 Hz"}},
+    "flexible_feedforward": {"law": {"kind": "computed_torque", "bandwidth": "10 Hz"}},
 }
 
 

@@ -10,10 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..complaints import beside
+from ..complaints import beside, under
 from ..errors import ExperimentError, InputError, Problem, did_you_mean, nearest
 from ..machine import sheet
 from .laws import law_class, laws
+from .observers import EXAMPLE
 
 if TYPE_CHECKING:
     from ..machine.base import Machine
@@ -33,6 +34,7 @@ EXAMPLES = {
     "program": 'write [program] and file = "part.ngc"',
     "tools": 'write [tools] and 1 = { length = "80 mm" }, or file = "tool.tbl"',
     "controller": 'write [[controller]] and kind = "pid"',
+    "observer": EXAMPLE,
     "run": 'write [run] and e.g. period = "1 ms"',
 }
 
@@ -57,6 +59,11 @@ def controller_of(table: Any) -> Controller:
         raise ExperimentError(problems=[*error.problems, *others]) from None
     if "machine" in table:
         raise ExperimentError("no such key", key="machine", cure="a controller believes the machine of [machine]")
+    if "law" in law.model_fields and "law" in table:  # one that wraps another
+        try:
+            table = {**table, "law": controller_of(table["law"]).law}
+        except InputError as error:
+            raise ExperimentError(problems=[under(problem, "law") for problem in error.problems]) from None
     has_kind = "kind" in law.model_fields
     return Controller(kind, law.from_file({key: raw for key, raw in table.items() if key != "kind" or has_kind}))
 

@@ -59,6 +59,22 @@ def strut(sleeve, tube, limits) -> None:
     _geom(tube, "cylinder", [0.03], _TUBE, fromto=[0, 0, 0, 0, 0, 0.5 * shortest - longest])
 
 
+def rails(world, machine) -> None:
+    """A bar a rail, from end to end of the travel; carriages that share a rail share its bar."""
+    ends = {}
+    for point, e in zip(machine.rails.point, machine.rails.direction, strict=True):
+        first, last = (point + q * e for q in machine.limits.travel)
+        ends[tuple(np.round([*first, *last], 6))] = None
+    for fromto in ends:
+        _geom(world, "capsule", [0.02], _CAST, fromto=fromto)
+
+
+def carriage(body, leg, length: float) -> None:
+    """A block on its rail, and the bar of `length` from it."""
+    _geom(body, "box", [0.05, 0.05, 0.05], _CAST)
+    _geom(leg, "cylinder", [0.02], _TUBE, fromto=[0, 0, 0, 0, 0, length])
+
+
 def _around(points) -> list[int]:
     d = points - points.mean(0)
     _, _, axes = np.linalg.svd(d)  # the first two span the plane of the points

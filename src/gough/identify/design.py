@@ -17,10 +17,13 @@ import casadi as ca
 import numpy as np
 
 from .. import frames
+from ..errors import ExperimentError
+from ..kernel.building import BUILDING
 from ..machine.arrays import row_function
 from ..machine.base import Machine
 from ..machine.drives import force_limit
 from ..machine.workspace import random_poses, workspace_of
+from . import joint_torque
 from .base import base_parameters, sizes
 from .rows import Rows, friction_columns, loaded_kinds, normal_forces, rows_of_motion
 
@@ -75,8 +78,23 @@ def structural(machine: Machine, friction=("coulomb", "viscous")):
     return base_parameters(rows.Y.reshape(-1, len(size)) * size, rows.names, rows.units, size, noise=False), size, rows
 
 
-def design_of(machine: Machine, sought: np.ndarray | None = None, friction=("coulomb", "viscous")) -> Design:
-    """The row function of a machine for the base columns of what is `sought` (p,) bool (default: all)."""
+def design_of(
+    machine: Machine,
+    sought: np.ndarray | None = None,
+    friction=("coulomb", "viscous"),
+    tool_speed: float | None = None,
+) -> Design:
+    """The row function of a machine for the base columns of what is `sought` (p,) bool (default: all).
+
+    `tool_speed` m/s is the greatest speed of the tool's tip; else the machine's feed.rapid.
+    """
+    with BUILDING:
+        return _design(machine, sought, friction, tool_speed or machine.feed.rapid)
+
+
+def _design(machine, sought, friction, tool_speed: float) -> Design:
+    if joint_torque.KIND in friction:
+        raise ExperimentError("no motion is designed for torques of base joints", key="friction")
     found, size, rows = structural(machine, friction)
     if sought is not None:
         flat = rows.Y.reshape(-1, len(size)) * np.where(sought, size, 0.0)
@@ -96,6 +114,7 @@ def design_of(machine: Machine, sought: np.ndarray | None = None, friction=("cou
     X = Y[:, found.kept.tolist()] @ ca.diag(ca.DM(size[found.kept]))
     force = Y @ ca.DM(rows.values)
     names, g = _limits(machine, x, xd, xdd, qd, force)
+    names, g = (*names, "tool: speed"), ca.vertcat(g, 1 - ca.sumsqr(w[3:6]) / tool_speed**2)
     row = ca.Function("row", [w], [ca.densify(X), ca.densify(g)], ["w"], ["X", "g"])
     return Design(row, names, found.kept, size, rows.names)
 

@@ -17,7 +17,7 @@ from . import text
 from .design import structural
 from .physical import Physical, physical_parameters
 from .regress import Estimate, estimate
-from .rows import rows_of_log
+from .rows import in_order, joined, rows_of_log
 from .signals import CUTOFF
 
 _NEAR = 0.01  # deviations; nearer bodies have the numbers that were found
@@ -131,6 +131,7 @@ class Fit:
             "condition": found.base.condition,
             "residual_rms": found.residual_rms,
             "held_out_rms": found.held_out_rms,
+            "std_over_noise": found.factor,
             "unseen": list(self.unseen),
             "never": list(self.never),
             "together": list(self.together),
@@ -143,7 +144,7 @@ class Fit:
 
 
 def identify(
-    log: Log | str | Path,
+    log: Log | str | Path | Sequence[Log | str | Path],
     machine: Machine,
     free: Sequence[str] | str | None = None,
     *,
@@ -151,11 +152,12 @@ def identify(
     cutoff: float | None = CUTOFF,
     hold: float | None = None,
 ) -> Fit:
-    """What a log's motion and forces (q_m, u) say of the parameters of `machine`.
+    """What a log's motion and forces (q_m, u) say of the parameters of `machine`; of several logs all of them together.
 
     free      the parameters sought, by name or by what a name begins with ("platform", "friction.coulomb"); else all.
               The others are the sheet's
-    friction  its kinds that have a number for every joint: coulomb, viscous, offset; "known" takes the log's own off
+    friction  its kinds that have a number for every joint: coulomb, viscous, offset, base_torque (a torque in each base
+              joint of a hexapod); "known" takes the log's own off
     cutoff    of the low-pass filter, Hz; None: none
     hold      s for which a row's force is held; else what the log tells
 
@@ -168,13 +170,23 @@ def identify(
     """
     if not isinstance(machine, Machine):
         raise ExperimentError("must be a machine", key="machine", value=brief(machine), cure="gk.load_machine(...)")
+    logs = [_log(one) for one in (log if isinstance(log, list | tuple) else [log])]
+    if not logs:
+        raise ExperimentError("needs a log", key="log")
+    kinds = () if friction == "known" else (friction,) if isinstance(friction, str) else in_order(friction)
+    told = "known" if friction == "known" else kinds
+    parts = [rows_of_log(one, machine, told, cutoff, hold) for one in logs]
+    rows = parts[0] if len(parts) == 1 else joined(parts)
+    notes = dict.fromkeys(note for one, part in zip(logs, parts, strict=True) for note in _notes(one, machine, part))
+    return Fit(machine, estimate(rows, free), kinds, list(notes))
+
+
+def _log(log) -> Log:
     if isinstance(log, str | Path):
         log = Log.load(log)
     if not isinstance(log, Log):
         raise ExperimentError("must be a Log, or the path of one", key="log", value=brief(log))
-    kinds = () if friction == "known" else (friction,) if isinstance(friction, str) else tuple(friction)
-    rows = rows_of_log(log, machine, "known" if friction == "known" else kinds, cutoff, hold)
-    return Fit(machine, estimate(rows, free), kinds, _notes(log, machine, rows))
+    return log
 
 
 def _notes(log: Log, machine: Machine, rows) -> list[str]:

@@ -4,7 +4,8 @@
 
 over what the motion shows (base.py); what it does not show stays at the sheet's value.  s_j^2 is the mean square of
 joint j's residuals, found by solving again with the last ones.  The deviations are those of covariance.py, which minds
-that residuals of neighbouring rows are alike.
+that residuals of neighbouring rows are alike, times the factor of repeated.py, which minds that what the model lacks
+is no noise.
 
 The held-out error: the rows in FOLDS parts, one behind the other; each part predicted from the estimate of the others.
 Theory: docs/theory/identification.md.
@@ -20,6 +21,7 @@ import numpy as np
 from ..errors import ExperimentError, LogError, did_you_mean
 from .base import LIMIT, BaseParameters, base_parameters, sizes
 from .covariance import covariance
+from .repeated import factor, repeats
 from .rows import Rows
 
 CONDITION = 1e5  # from which least squares turns a model error of 1e-5 into one of 1: no drive's force is as sure
@@ -40,13 +42,19 @@ class Estimate:
     full: np.ndarray  # (p,) the sheet's values with the estimates in the places of the kept columns
     sigma: np.ndarray  # (n,) deviation of a joint's residuals, N
     residual_rms: float  # N
-    held_out_rms: float  # N
+    held_out: np.ndarray  # (N, n) error of each row, predicted from the other parts; NaN where it takes no part
     memory: float  # rows that tell as much as one that is independent
+    factor: float | None  # of the deviations, over those of stationary noise; None: cannot be judged (repeated.py)
 
     @property
     def std(self) -> np.ndarray:
         """Standard deviations of `values`.  (r,)."""
         return np.sqrt(np.diag(self.cov))
+
+    @property
+    def held_out_rms(self) -> float:
+        """Root mean square of `held_out`, N."""
+        return float(np.sqrt(np.nanmean(self.held_out**2)))
 
     def residuals(self) -> np.ndarray:
         """u - Y pi, NaN where a row takes no part.  (N, n) N."""
@@ -90,11 +98,13 @@ def estimate(rows: Rows, free: Sequence[str] | None = None) -> Estimate:
             limit=f"{CONDITION:g}", cure=_CURE,
         )  # fmt: skip
     residual = np.where(used, target - rows.Y @ delta, 0.0)
-    cov, lag = covariance(rows.Y[..., base.kept] / sigma[:, None], residual / sigma, used)
+    X, e = rows.Y[..., base.kept] / sigma[:, None], residual / sigma
+    cov, lag = covariance(X, e, used)
+    more = factor(X, e, used, cov, lag, repeats(rows.Y))
     full = rows.values + delta
     return Estimate(
-        rows, base, chosen, base.K @ full, cov, full, sigma,
-        float(np.sqrt(np.mean(residual[used] ** 2))), _held_out(rows, target, used, base, sigma), lag,
+        rows, base, chosen, base.K @ full, cov if more is None else more**2 * cov, full, sigma,
+        float(np.sqrt(np.mean(residual[used] ** 2))), _held_out(rows, target, used, base, sigma), lag, more,
     )  # fmt: skip
 
 
@@ -165,12 +175,17 @@ def _sigma(residual, used, rank, force) -> np.ndarray:
     return np.maximum(np.sqrt(square / left), _EXACT * force)
 
 
-def _held_out(rows, target, used, base, sigma) -> float:
-    """Root mean square of errors on parts of the motion that their prediction has not seen.  N."""
-    N, errors = len(rows.u), []
+def parts_of(count: int) -> np.ndarray:
+    """Where the FOLDS parts of so many rows begin, and where the last one ends.  (FOLDS + 1,)."""
+    return np.linspace(0, count, FOLDS + 1).astype(int)
+
+
+def _held_out(rows, target, used, base, sigma) -> np.ndarray:
+    """Errors on parts of the motion that their prediction has not seen.  (N, n) N, NaN where a row takes no part."""
+    N, errors = len(rows.u), np.full(rows.u.shape, np.nan)
     weight = np.where(used, 1 / sigma, 0.0)
     Y = rows.Y[..., base.kept]
-    edges = np.linspace(0, N, FOLDS + 1).astype(int)
+    edges = parts_of(N)
     for a, b in zip(edges[:-1], edges[1:], strict=True):
         part = np.zeros(N, bool)
         part[a:b] = True
@@ -179,8 +194,8 @@ def _held_out(rows, target, used, base, sigma) -> float:
         scale = np.linalg.norm(A, axis=0)
         scale[scale == 0] = 1.0
         found = np.linalg.lstsq(A / scale, (target * w).reshape(-1), rcond=1e-12)[0] / scale
-        errors.append((target - Y @ found)[part[:, None] & used])
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+        errors[a:b] = np.where(used[a:b], target[a:b] - Y[a:b] @ found, np.nan)
+    return errors
 
 
 def _few(names) -> str:

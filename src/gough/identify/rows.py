@@ -13,7 +13,7 @@ Theory: docs/theory/identification.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import casadi as ca
@@ -23,14 +23,15 @@ from ..declare import Shape
 from ..errors import ExperimentError, LogError
 from ..kernel.rows import compile_rows
 from ..machine.base import Machine
+from . import joint_torque
 from .signals import CUTOFF, Signals, signals_of
 
 SLOW = 0.02  # of a joint's greatest speed: below it friction is not Coulomb's but sticks, creeps or has no sign
 CREEP = 1e-4  # m/s; the same on any machine tool, whose Stribeck speeds are millimetres a second
 _CHUNK = 8192  # samples whose regressor is held at once
-FRICTION = ("coulomb", "viscous", "offset")
+FRICTION = ("coulomb", "viscous", "offset", joint_torque.KIND)
 _LOADED = {"coulomb": "1", "viscous": "s/m"}  # of coefficients of a normal force
-_UNITS = {"coulomb": "N", "viscous": "N s/m", "offset": "N"}
+_UNITS = {"coulomb": "N", "viscous": "N s/m", "offset": "N", joint_torque.KIND: "N m"}
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class Rows:
     joints: tuple[str, ...]
     step: float = 0.0  # s between rows; 0: not known
     samples: int = 0  # of the log that they were made of
+    t: np.ndarray | None = None  # (N,) s, where it is known
+    speed: np.ndarray | None = None  # (N, n) of the joints, m/s or rad/s, where it is known
 
 
 def rows_of_motion(
@@ -60,6 +63,7 @@ def rows_of_motion(
     ExperimentError
         no such kind of friction, or shapes that do not fit.
     """
+    friction = in_order(friction)
     names, units, values = columns_of(machine, friction)
     u = np.asarray(u, float)
     Y = _regressor(machine, np.asarray(x, float), np.asarray(xd, float), np.asarray(xdd, float), friction)
@@ -89,7 +93,7 @@ def rows_of_log(
         as `signals_of`; no friction in the log; or nothing moves fast enough.
     """
     known = friction == "known"
-    kinds = () if known else tuple(friction)
+    kinds = () if known else in_order(friction)
     names, units, values = columns_of(machine, kinds)
     stretches = signals_of(log, machine, cutoff, hold)
     if known and stretches[0].friction is None:
@@ -99,14 +103,35 @@ def rows_of_log(
     Ts = stretches[0].Ts
     block = 1 if cutoff is None else max(1, round(0.5 / (cutoff * Ts)))
     parts = [_averaged(machine, s, block, kinds, least, known) for s in stretches]
-    Y, u, used = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    Y, u, used, t, speed = (np.concatenate([part[i] for part in parts]) for i in range(5))
     if not used.any():
         raise LogError(
             "no joint moves faster than friction sticks", value=f"greatest speed {fastest.max():.3g} m/s",
             limit=f"{CREEP:g} m/s",
             cure="log a motion, for example that of gough.identify.excite",
         )  # fmt: skip
-    return Rows(Y, u, used, names, units, values, machine.joint_names, block * Ts, sum(len(s.t) for s in stretches))
+    samples = sum(len(s.t) for s in stretches)
+    return Rows(Y, u, used, names, units, values, machine.joint_names, block * Ts, samples, t, speed)
+
+
+def joined(parts: Sequence[Rows]) -> Rows:
+    """The rows of several logs of one machine, one log behind the other; times go on where the former ended.
+
+    Raises
+    ------
+    LogError
+        their rows are not as far apart, or have not the same columns.
+    """
+    first = parts[0]
+    if any(part.names != first.names or abs(part.step - first.step) > 1e-9 * first.step for part in parts):
+        steps = ", ".join(f"{part.step:g} s" for part in parts)
+        raise LogError("logs that are taken together need one sample period", value=steps)
+    arrays = {key: np.concatenate([getattr(part, key) for part in parts]) for key in ("Y", "u", "used", "speed")}
+    t, begin = [], 0.0
+    for part in parts:
+        t.append(part.t - part.t[0] + begin)
+        begin = t[-1][-1] + part.step
+    return replace(first, **arrays, t=np.concatenate(t), samples=sum(part.samples for part in parts))
 
 
 def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...], np.ndarray]:
@@ -116,6 +141,8 @@ def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ..
         raise ExperimentError(
             "no such column of friction", key="friction", value=repr(wrong[0]), cure=f"there is {', '.join(FRICTION)}"
         )
+    if joint_torque.KIND in friction:
+        joint_torque.check(machine)
     own, n = machine.parameters, machine.joints_count
     names, units, values = list(own.names), list(own.units), list(own.values)
     for kind in loaded_kinds(machine, friction):
@@ -134,6 +161,11 @@ def columns_of(machine: Machine, friction: Sequence[str]) -> tuple[tuple[str, ..
     return tuple(names), tuple(units), np.array(values)
 
 
+def in_order(friction: Sequence[str]) -> tuple[str, ...]:
+    """The kinds with the torques of base joints last, where their columns stand."""
+    return tuple(sorted(friction, key=lambda kind: kind == joint_torque.KIND))
+
+
 def loaded_kinds(machine: Machine, friction: Sequence[str]) -> tuple[str, ...]:
     """The kinds of friction that scale with normal forces, among those that have columns."""
     loaded = machine.friction is not None and machine.friction.loaded
@@ -150,7 +182,7 @@ def friction_columns(machine: Machine, friction: Sequence[str], sign, speed, loa
     for kind in loaded_kinds(machine, friction):
         one = np.ndim(getattr(machine.friction, kind)) == 0
         out.append((loads * of[kind], one))
-    return out + [(of.get(kind), False) for kind in friction]
+    return out + [(of.get(kind), False) for kind in friction if kind != joint_torque.KIND]
 
 
 @lru_cache(maxsize=16)
@@ -182,11 +214,13 @@ def _regressor(machine, x, xd, xdd, friction, sign=None) -> np.ndarray:
     for value, one in friction_columns(machine, friction, sign, speed, loads):
         value = np.ones_like(speed) if value is None else value
         out.append(value[..., None] if one else eye * value[..., None, :])
+    if joint_torque.KIND in friction:
+        out.append(joint_torque.columns(machine, x, xd))
     return np.concatenate(out, -1)
 
 
 def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
-    """Y, u, used of one stretch, averaged over blocks of as many samples."""
+    """Y, u, used, t and speed of one stretch, averaged over blocks of as many samples."""
     u = s.u - s.friction if known else s.u
     good = s.good & (np.abs(s.qd) >= least)
     # a joint that turns back between two samples of a block has been slow there
@@ -201,4 +235,6 @@ def _averaged(machine, s: Signals, block: int, friction, least, known: bool):
     n = u.shape[1]
     sign = np.sign(s.qd[:m]).reshape(-1, block, n)
     same = (sign == sign[:, :1]).all(1) if friction else True
-    return np.concatenate(out), u[:m].reshape(-1, block, n).mean(1), good[:m].reshape(-1, block, n).all(1) & same
+    used = good[:m].reshape(-1, block, n).all(1) & same
+    u, t, speed = (a[:m].reshape(-1, block, *a.shape[1:]).mean(1) for a in (u, s.t, s.qd))
+    return np.concatenate(out), u, used, t, speed

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import GoughError, LogError
+from ..machine.workspace import space_names
 from ..units import to_si
 
 CUTOFF = 20.0  # Hz; ten times what a machine of a ton is moved at, a tenth of what its controllers do
@@ -171,9 +172,12 @@ def _poses(machine, q, qd, qdd, near):
         x = machine.forward_kinematics(q, near=near)
     except GoughError as error:
         problem = error.problems[0]
+        cure = "name the machine that was logged with --machine"
+        if problem.rule in space_names(machine):
+            cure += ", or declare a larger limits.workspace"
         raise LogError(
             f"no pose of {machine.name} has these joints: {problem.rule}", key="q_m", where=problem.where,
-            value=problem.value, cure="name the machine that was logged with --machine",
+            value=problem.value, cure=cure,
         ) from None  # fmt: skip
     J = machine.jacobian(x)
     solve = np.linalg.solve if J.shape[-1] == J.shape[-2] else lambda A, b: np.linalg.pinv(A) @ b

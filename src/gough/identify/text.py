@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .fit import Fit
 
 _WIDTH = 100
+_MORE = 1.2  # times that of noise, from which it is said: noise alone comes to 1.1
 _FAR = 3.0  # deviations from the sheet that are marked
 
 
@@ -35,9 +36,7 @@ def text(fit: Fit) -> str:
         lines.append(f"{row[0].ljust(widths[0])}  {numbers}  {row[3].ljust(widths[3])}  {row[4]}".rstrip())
     lines.insert(3, "-" * max(map(len, lines)))
     lines.append("")
-    lines.append(
-        "deviation: standard deviation; where the model holds, 95 of 100 estimates are within two of the truth"
-    )
+    lines += textwrap.wrap(f"deviation: {_deviation(found)}", _WIDTH, subsequent_indent="  ")
     if any(row[4].endswith("*") for row in cells):
         lines.append(f"* more than {_FAR:g} deviations from the sheet")
     lines.append(
@@ -54,6 +53,20 @@ def text(fit: Fit) -> str:
     lines += textwrap.wrap(_bodies(fit), _WIDTH, subsequent_indent="  ")
     lines += [f"note: {note}" for note in fit.notes]
     return "\n".join(lines)
+
+
+def _deviation(found) -> str:
+    """What the column of deviations is worth."""
+    if found.factor is None:
+        for_how_long = f"{found.memory * found.rows.step:.2g} s" if found.rows.step else f"{found.memory:.2g} rows"
+        return (
+            f"that of noise alone, so a lower bound: what is left hangs together for {for_how_long}, too long on this "
+            "motion to tell noise from what the model lacks"
+        )
+    text = "standard deviation; where the model holds, 95 of 100 estimates are within two of the truth"
+    if found.factor > _MORE:
+        text += f"; {found.factor:.2g} times that of noise, as what is left comes where the motion does"
+    return text
 
 
 def _bodies(fit: Fit) -> str:

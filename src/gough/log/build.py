@@ -56,6 +56,7 @@ VARIABLES: dict[str, Variable] = {
     "encoder_flag": Variable(("joint",), "1", "encoder found to read what no force explains", "i1"),
     "stopping": Variable((), "1", "on the way to rest, or at rest, after a safe stop began", "i1"),
     "wrench": Variable(("wrench_axis",), "N, N m", "wrench on the tool, at the tip, in W"),
+    "cutting_force": Variable(("wrench_axis",), "N, N m", "mean wrench of the cut over the last sample, as wrench"),
     "wrench_hat": Variable(("wrench_axis",), "N, N m", "estimated wrench on the tool, at the tip, in W"),
     "s_r": Variable((), "m", "path length of the reference"),
     "line": Variable((), "1", "line of the NC program, 0: none", "i4"),

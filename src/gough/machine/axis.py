@@ -72,6 +72,8 @@ class Axis(Machine):
     adaptable: ClassVar = ("carriage.mass",)
     pose_is_state: ClassVar = False
 
+    elastic_places: ClassVar = {"drive": "axial"}
+
     kind: Literal["axis"] = "axis"
     name: str = Field(default="axis", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     gravity: Array = quantity("m/s2", "gravity, in W", default=[0.0, 0.0, -9.81], shape=(3,))
@@ -220,6 +222,10 @@ class Axis(Machine):
         """The part of the force along the rail."""
         return ca.dot(ca.SX(p.rail.direction), w[:3])
 
+    def carrying(self, mass, center):
+        """The carriage heavier by a mass (kg): where it sits does not matter."""
+        return self.replace(**{"carriage.mass": self.carriage.mass + mass})
+
     # -- dynamics -------------------------------------------------------------------------------------------------
 
     def inertial(self, p):
@@ -246,6 +252,12 @@ class Axis(Machine):
         M = ca.SX(1, 1)
         M[0, 0] = pi["carriage.m"] + pi.get("drive.m", 0)
         return M, self.inverse_force(p, pi, z, v, ca.SX(1, 1))
+
+    @staticmethod
+    def motor_load(p, pi):
+        """The reflected mass of screw and motor; no weight.  (1,) kg, (1,) N, pi without it."""
+        rest = {key: value for key, value in pi.items() if key != "drive.m"}
+        return ca.SX(pi.get("drive.m", 0)), ca.SX(1, 1), rest
 
     # -- limits ---------------------------------------------------------------------------------------------------
 

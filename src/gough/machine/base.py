@@ -15,9 +15,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 import numpy as np
+from pydantic import Field, model_validator
 
 from ..declare import Array, Part, quantity
 from ..errors import SheetError
+from ..frames import rotation_of_abc_np
+from ..mechanics.compliance import Compliance
 from ..mechanics.linear import solve_square
 from . import forward
 from .arrays import Arrays, check_determinant, column
@@ -84,6 +87,66 @@ class Machine(Part):
     #   wrench_of(p, z, w)               what a wrench w on the tool does on v
     #   closure_of(p, z)                 what must be zero, m
     # adaptable                          numbers of the sheet that an adaptive law learns, "a + b" by one factor
+    # and where its joints may give way (compliance.md)
+    #   elastic_places                   {sort of joint: "axial", "full" or "spring"}; rigid_places {sort: why not}
+    #   leg_ratio(p, z)                  force along each leg by its drive's
+    #   carried_by(place, p, z)          force at that joint per newton of each drive, and what the drive takes of it
+    #   motor_load(p, pi)                mass and weight on each motor's own side, and pi without them
+
+    compliance: list[Compliance] | None = Field(None, max_length=100, description="joints that give way")
+    elastic_places: ClassVar[dict[str, str]] = {}
+    rigid_places: ClassVar[dict[str, str]] = {}
+
+    @model_validator(mode="after")
+    def _elastic(self):
+        if self.compliance:
+            from .flexible import check_names
+
+            check_names(self)
+        return self
+
+    def elastic_numbers(self, place: str) -> tuple[int, ...]:
+        """The numbers by which joints of a sort of `elastic_places` are told."""
+        return tuple(range(1, self.joints_count + 1))
+
+    def flexible(self, measured: str = "motor", stiffness: float = 1.0) -> Machine:
+        """This machine with the joints of [[compliance]] elastic, all of them `stiffness` times as stiff as it says.
+
+        For the plant: laws go on believing this one.  `measured`: encoders read the "motor", or the "joint" behind its
+        springs, as a direct scale does.
+
+        Raises
+        ------
+        ExperimentError
+            without [[compliance]], a drive without mass, a drive that nothing makes elastic.
+        """
+        from .elastic_drives import elastic_drives
+
+        return elastic_drives(self, measured, stiffness)
+
+    @property
+    def rigid(self) -> Machine:
+        """The machine as laws believe it: without elastic joints."""
+        return self
+
+    def at_rest(self, x, wrench=None) -> tuple[np.ndarray, np.ndarray]:
+        """z and the joint forces (n,) N of standing at the pose x (d,) under a wrench (6,) on the tool.
+
+        Raises
+        ------
+        WorkspaceError, SingularityError
+            the machine cannot stand there.
+        """
+        still = np.zeros(len(self.task))
+        return self.standing(np.asarray(x, float)), self.inverse_dynamics(x, still, still, wrench)
+
+    def with_perfect_drives(self) -> Machine:
+        """This machine without limits of its drives, and encoders without steps and noise."""
+        return self.replace(drive=self.drive.perfect())
+
+    def measured_of(self, p, z):
+        """What the encoders are on: q.  (n,)."""
+        return self.joints_of(p, z)
 
     @cached_property
     def symbols(self) -> tuple[Any, Any]:
@@ -229,6 +292,13 @@ class Machine(Part):
         mean = self.inverse_force(p, pi, z, (v + v_r) / 2, turned)
         half = self.inverse_force(p, pi, z, (v - v_r) / 2, rest)
         return mean - (half - self.inverse_force(p, pi, z, rest, rest))
+
+    def carrying(self, mass: float, center) -> Machine:
+        """This machine with a point mass (kg) on what carries the tool, at `center` (3,) m of T."""
+        center, tool = np.asarray(center, float), getattr(self, "tool", None)
+        if tool is not None:  # the platform's numbers are in P
+            center = tool.position + rotation_of_abc_np(tool.angles) @ center
+        return self.replace(platform=self.platform.joined(mass, center))
 
     # -- arrays ---------------------------------------------------------------------------------------------------
 

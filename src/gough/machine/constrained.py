@@ -44,16 +44,21 @@ class ConstrainedMachine(Machine):
     pose_is_state: ClassVar = False
 
     # -- what a kind states ---------------------------------------------------------------------------------------
-    #   dependent_names            names of b; coordinates a are the joints
+    #   dependent_names            names of b; coordinates a are the joints (and more: independent_count)
     #   closure_of(p, z)           phi (len(b),) m
     #   bodies_of(p, pi, z, zd)    list of constrained.Moving
     #   joint_mass(pi)             mass that turning parts add to every joint, kg
     #   tool_motion_of(p, z, zd)   ToolMotion
 
     @property
+    def independent_count(self) -> int:
+        """How many coordinates a there are: the joints, and behind them what gives way, where anything does."""
+        return self.joints_count
+
+    @property
     def coordinate_count(self) -> int:
         """How many coordinates, dependent ones included."""
-        return self.joints_count + len(self.dependent_names)
+        return self.independent_count + len(self.dependent_names)
 
     @property
     def program_zero(self) -> np.ndarray:
@@ -80,8 +85,9 @@ class ConstrainedMachine(Machine):
         return z[: self.joints_count]
 
     def jacobian_of(self, p, z):
-        """q' = v.  (n, n)."""
-        return ca.SX.eye(self.joints_count)
+        """q' = v, the first of them where more are independent.  (joints, n)."""
+        n = self.joints_count
+        return ca.horzcat(ca.SX.eye(n), ca.SX(n, self.independent_count - n))
 
     def joint_acceleration(self, p, z, v, vd):
         """q'' = v'.  (n,)."""
@@ -94,7 +100,7 @@ class ConstrainedMachine(Machine):
     def closed(self, p, z, zd=None) -> constrained.Closure:
         """phi and its derivatives at coordinates z, and at rates zd."""
         z_, zd_ = self._symbols()
-        found = constrained.closure(self.closure_of(p, z_), z_, self.joints_count, None if zd is None else zd_)
+        found = constrained.closure(self.closure_of(p, z_), z_, self.independent_count, None if zd is None else zd_)
         symbols, values = ([z_], [_dense(z)]) if zd is None else ([z_, zd_], [_dense(z), _dense(zd)])
         known = [piece for piece in found if piece is not None]
         return constrained.Closure(*ca.substitute(known, symbols, values), *[None] * (4 - len(known)))
@@ -105,7 +111,7 @@ class ConstrainedMachine(Machine):
 
     def normalised(self, p, z):
         """z with b one Newton step nearer to phi = 0: from RK4's error of a sub-step, on it to rounding."""
-        n = self.joints_count
+        n = self.independent_count
         return ca.vertcat(z[:n], constrained.projected(self.closed(p, z), z[n:]))
 
     @staticmethod
@@ -115,12 +121,12 @@ class ConstrainedMachine(Machine):
 
     def between(self, z_before, z):
         """The mean v that leads from z_before to z in a second."""
-        n = self.joints_count
+        n = self.independent_count
         return z[:n] - z_before[:n]
 
     def newton_step(self, p, z, q):
         """d of a Newton step on a = q, phi(a, b) = 0."""
-        n, c = self.joints_count, self.closed(p, z)
+        n, c = self.independent_count, self.closed(p, z)
         da = q - z[:n]
         return ca.vertcat(da, -solve_square(c.phi_b, c.phi + c.phi_a @ da))
 
@@ -150,7 +156,7 @@ class ConstrainedMachine(Machine):
         J = ca.jacobian(self.tool_motion_of(p, z_, zd_).twist, zd_)
         B = constrained.dependent(self.closed(p, z))
         J = ca.substitute([J], [z_], [_dense(z)])[0]
-        n = self.joints_count
+        n = self.independent_count
         return J[:, :n] + J[:, n:] @ B
 
     def task_velocities_of(self, p, z):
@@ -181,7 +187,7 @@ class ConstrainedMachine(Machine):
 
     def moved(self, p, pi, z, v) -> _Moved:
         """The mechanism at z and v; the bodies only where their numbers pi are given."""
-        n = self.joints_count
+        n = self.independent_count
         z_, zd_ = self._symbols()
         B = constrained.dependent(self.closed(p, z))
         zd = ca.vertcat(v, B @ v)
@@ -216,7 +222,7 @@ class ConstrainedMachine(Machine):
 
     def mass_and_bias(self, p, pi, z, v):
         """M (n, n) and h (n,) of M v' + h."""
-        n = self.joints_count
+        n = self.independent_count
         M, h = self.joint_mass(pi) * ca.SX.eye(n), ca.SX(n, 1)
         for body, J, drift, _ in self.moved(p, pi, z, v).bodies:
             M += J.T @ constrained.spatial_inertia(body) @ J
@@ -236,7 +242,7 @@ class ConstrainedMachine(Machine):
 
         What Chen and Tsai 2008 start from; (4) is cheaper and the same.
         """
-        n, count, moved = self.joints_count, self.coordinate_count, self.moved(p, pi, z, v)
+        n, count, moved = self.independent_count, self.coordinate_count, self.moved(p, pi, z, v)
         M, q = ca.diag(ca.vertcat(ca.repmat(ca.SX(self.joint_mass(pi)), n), ca.SX(count - n, 1))), ca.SX(count, 1)
         c = moved.closure
         bd = constrained.dependent_acceleration(c, moved.B, ca.SX(n, 1))
@@ -247,7 +253,7 @@ class ConstrainedMachine(Machine):
 
     def multipliers_of(self, p, z, v, vd, w):
         """l of eq. (5) of mechanics/constrained.py, N, under a wrench w on the tool.  (m,)."""
-        n, (z_, zd_) = self.joints_count, self._symbols()
+        n, (z_, zd_) = self.independent_count, self._symbols()
         pi = {key: value for key, (value, _) in self.inertial(p).items()}
         F, c = self.whole_force(p, pi, z, v, vd)
         J = ca.substitute([ca.jacobian(self.tool_motion_of(p, z_, zd_).twist, zd_)], [z_], [_dense(z)])[0]

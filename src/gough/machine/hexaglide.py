@@ -67,6 +67,14 @@ class Hexaglide(PlatformMachine):
         "legs.mass",
     )
 
+    elastic_places: ClassVar = {
+        "drive": "axial",
+        "leg": "axial",
+        "guide": "full",
+        "carriage joint": "full",
+        "platform joint": "full",
+    }
+
     kind: Literal["hexaglide"] = "hexaglide"
     name: str = Field(default="hexaglide", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     gravity: Array = quantity("m/s2", "gravity, in W", default=[0.0, 0.0, -9.81], shape=(3,))
@@ -210,6 +218,26 @@ class Hexaglide(PlatformMachine):
                 mixed = J[i, :].T @ (e[:, i].T @ J_B)
                 M += m_l * (J_B.T @ J_B / 3 + (mixed + mixed.T) / 6)
         return M, self.inverse_force(p, pi, z, v, ca.SX(6, 1))
+
+    # -- what gives way -------------------------------------------------------------------------------------------
+
+    def leg_ratio(self, p, z):
+        """Force along each leg per newton of its drive, 1 / c.  (6,)."""
+        return 1 / self.reach(p, z)[4].T
+
+    def carried_by(self, place, p, z):
+        """u / c at the joints of a leg (W; T at the platform); a guide carries it less e, which its drive takes."""
+        _, e, _, u, c = self.reach(p, z)
+        force = u / ca.repmat(c, 3, 1)
+        if place == "platform joint":
+            return frames.rotation_of_quaternion(z[3:]).T @ force, None
+        return force, e if place == "guide" else None
+
+    @staticmethod
+    def motor_load(p, pi):
+        """The carriages, with the parts of their weight along the rails.  (6,) kg, (6,) N, pi without them."""
+        e, m = ca.SX(p.rails.direction), pi["carriage.m"]
+        return m * ca.sum2(e * e), m * (e @ p.gravity), pi | {"carriage.m": 0}
 
     # -- limits ---------------------------------------------------------------------------------------------------
 

@@ -74,6 +74,8 @@ class Hexapod(JointForces):
         "platform.inertia[2,2]",
     )
 
+    elastic_places: ClassVar = {"drive": "axial", "strut": "axial", "base joint": "full", "platform joint": "full"}
+
     kind: Literal["hexapod"] = "hexapod"
     name: str = Field(default="hexapod", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     gravity: Array = quantity("m/s2", "gravity, in W", default=[0.0, 0.0, -9.81], shape=(3,))
@@ -182,6 +184,17 @@ class Hexapod(JointForces):
                 corner, cross, turn = corner + M_B, cross - M_B @ B, turn - B @ M_B @ B
         M = ca.vertcat(ca.horzcat(corner, cross), ca.horzcat(cross.T, turn))
         return M, self.inverse_force(p, pi, z, v, ca.SX(6, 1))
+
+    def carried_by(self, place, p, z):
+        """A strut is a two-force member: n at the base joint, in W, and at the platform joint, in T.  (3, 6), None."""
+        n = self.struts(p, z)[3]
+        return (n if place == "base joint" else frames.rotation_of_quaternion(z[3:]).T @ n), None
+
+    @staticmethod
+    def motor_load(p, pi):
+        """The reflected mass of screw and motor; no weight.  (6,) kg, (6,) N, pi without it."""
+        rest = {key: value for key, value in pi.items() if key != "drive.m"}
+        return ca.repmat(ca.SX(pi.get("drive.m", 0)), 6), ca.SX(6, 1), rest
 
     @property
     def slender(self) -> bool:

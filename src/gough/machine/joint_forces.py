@@ -49,6 +49,16 @@ class JointForces(PlatformMachine):
             out += [ca.vertcat(*[reactions.magnitude(R[:, i]) for i in range(6)]) for R in (R_B, R_A)]
         return ca.vertcat(*out)
 
+    def loads_carried(self, p, pi, z, v, vd, net):
+        """`loads_of` for struts that carry `net` (6,) N, whatever drive and friction made of it.  (load_count,)."""
+        found, out = reactions.reactions_of(self, p, pi, z, v, vd, net), []
+        if self.friction and self.friction.loaded:
+            out.append(found.normal)
+        if self.joints.friction is not None:
+            ends = (found.platform_joint, found.base_joint)
+            out += [ca.vertcat(*[reactions.magnitude(R[:, i]) for i in range(6)]) for R in ends]
+        return ca.vertcat(*out)
+
     def friction_load(self, p, pi, z, v, vd):
         """|N_a| + |N_b| of every strut on a motion.  The drives do not matter: they push along the strut.  (6,) N."""
         if not (self.friction and self.friction.loaded):

@@ -10,7 +10,7 @@ from ..errors import InputError, Problem, SheetError
 
 
 class Workspace(Part):
-    """Where the tool is meant to work: a cylinder or a box about home, with tilt and turn."""
+    """Where the tool is meant to work: a cylinder or a box about home or beside it, with tilt and turn."""
 
     input_error = SheetError
 
@@ -25,6 +25,9 @@ class Workspace(Part):
         above=0,
     )
     height: float = quantity("m", "height of the space, half above and half below home", above=0)
+    middle: Array | None = quantity(
+        "m", "middle of the space, from home in W; else home itself", default=None, shape=(3,)
+    )
     tilt: float = quantity("rad", "greatest angle between the tool axis and its direction at home", at_least=0)
     c: float = quantity("rad", "greatest turn c from home", at_least=0)
 

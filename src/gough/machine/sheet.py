@@ -28,6 +28,7 @@ KINDS = {  # imported when asked for
     "hexapod": "gough.machine.hexapod:Hexapod",
     "hexaglide": "gough.machine.hexaglide:Hexaglide",
     "tripod": "gough.machine.tripod:Tripod",
+    "hybrid": "gough.machine.hybrid:Hybrid",
     "axis": "gough.machine.axis:Axis",
 }
 

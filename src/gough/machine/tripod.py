@@ -54,6 +54,8 @@ from .tripod_reactions import ClosedReactions, reactions_of
 
 NEWTON = 8  # from R = 1; quadratic: a tilt of 45 deg is there after 6
 
+_ACROSS = "it carries forces across its drive, which a spring along the drive knows nothing of"
+
 
 class Tripod(ConstrainedMachine):
     """Three sliders, three links of constant length, a platform.  Fields are the tables of its data sheet."""
@@ -62,6 +64,9 @@ class Tripod(ConstrainedMachine):
     dependent_names: ClassVar = ("theta1", "theta2", "theta3")
     velocities: ClassVar = ("S1'", "S2'", "S3'")
     adaptable: ClassVar = ("platform.mass", "slider.mass")
+
+    elastic_places: ClassVar = {"drive": "axial"}
+    rigid_places: ClassVar = dict.fromkeys(("hinge", "link", "slider", "platform joint"), _ACROSS)
 
     kind: Literal["tripod"] = "tripod"
     name: str = Field(default="tripod", max_length=64, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
@@ -220,6 +225,12 @@ class Tripod(ConstrainedMachine):
                 I = m_l * L * L / 3 * (ca.SX.eye(3) - l[:, i] @ l[:, i].T)
                 out.append(Moving(m_l, m_l * L / 2 * l[:, i], I, ca.vertcat(along, h[:, i] * zd[3 + i])))
         return out
+
+    @staticmethod
+    def motor_load(p, pi):
+        """The reflected mass of screw and motor; the sliders are behind the spring.  (3,) kg, (3,) N, pi without it."""
+        rest = {key: value for key, value in pi.items() if key != "drive.m"}
+        return ca.repmat(ca.SX(pi.get("drive.m", 0)), 3), ca.SX(3, 1), rest
 
     # -- forces in the joints -------------------------------------------------------------------------------------
 

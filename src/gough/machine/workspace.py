@@ -58,6 +58,8 @@ def workspace_of(machine, p, z):
     sine = ca.norm_2(ca.cross(R[:, 2], R_home[:, 2]))
     tilt = ca.atan2(sine, ca.dot(R[:, 2], R_home[:, 2]))
     offset = position - home[:3]
+    if machine.limits.workspace.middle is not None:
+        offset -= space.middle
     across = space.radius - ca.norm_2(offset[:2]) if space.size is None else space.size / 2 - ca.fabs(offset[:2])
     inside = ca.vertcat(across, space.height / 2 - ca.fabs(offset[2]), space.tilt - tilt, space.c - turn)
     return inside + 1e-9  # a pose on the very edge is inside, whatever the last digits say
@@ -166,6 +168,7 @@ def random_poses(machine, count: int, rng: np.random.Generator) -> np.ndarray:
         spin = rotation_of_vector_np(np.stack([zero, zero, rng.uniform(-space.c, space.c, n)], -1))
         abc = abc_of_rotation_np(lean @ R_home @ spin)
         height = rng.uniform(-0.5, 0.5, n) * space.height
-        x = np.concatenate([home[:3] + np.stack([*across, height], -1), abc], -1)[:, : len(home)]
+        middle = home[:3] if space.middle is None else home[:3] + space.middle
+        x = np.concatenate([middle + np.stack([*across, height], -1), abc], -1)[:, : len(home)]
         kept = np.concatenate([kept, x[(margins(machine, machine.standing(x)) >= 0).all(-1)]])
     return kept[:count]

@@ -2,8 +2,8 @@
 
     alarm       |f| >= alarm; over when below 80 % of it for 0.1 s
     collision   |f(t) - f(t - 10 ms)| >= collision: faster than a cut begins, and more than friction can feign.  It
-                lasts until the force is back at what it was before, to half of `collision`; a jump on the way back is
-                its end, and one farther away another collision
+                lasts until the force is back at what it was before, to half of `collision` or 30 % of its peak; a jump
+                on the way back is its end, until there is none for 10 ms, and one farther away another collision
     breakage    |f| falls within 20 ms below 30 % of its mean of the 50 ms before, which was at least `breakage`, while
                 the joints go on at more than half their speed, and no collision ends there.  A tool that leaves the
                 cut at speed looks the same.
@@ -52,7 +52,8 @@ class Events:
         self.last_alarm: Event | None = None
         self.last = {"breakage": -np.inf}
         self.blow: Event | None = None  # the collision that lasts
-        self.base, self.last_jump, self.settling = np.zeros(3), -np.inf, False
+        self.base, self.last_jump = np.zeros(3), -np.inf
+        self.settling, self.calm, self.least = False, 0, np.inf
         self.ends: list[float] = []  # of collisions, the last ones
         self.tail: tuple[np.ndarray, ...] = (np.zeros(0), np.zeros((0, 3)), np.zeros(0))
 
@@ -123,11 +124,9 @@ class Events:
         jumps = jump >= self.collision
         at = old
         while at < len(t):
-            if self.settling:  # the jump back is over when it is no jump any more
-                calm = np.flatnonzero(~jumps[at:])
-                if not len(calm):
-                    return
-                at, self.settling = at + int(calm[0]), False
+            if self.settling:
+                at = self._settle(t, f, jumps, at)
+                continue
             if self.blow is None:
                 rows = np.flatnonzero(jumps[at:])
                 if not len(rows):
@@ -138,13 +137,34 @@ class Events:
                 at += 1
                 continue
             away = np.linalg.norm(f[at:] - self.base, axis=1)
-            back = np.flatnonzero(away < self.collision / 2)
+            most = np.maximum(np.maximum.accumulate(away), self.blow.peak)
+            back = np.flatnonzero(away < np.maximum(self.collision / 2, LEFT * most))
             stop = at + int(back[0]) if len(back) else len(t)
             self._during(t, f, jumps, away, at, stop)
             if len(back):
                 self.ends = [end for end in self.ends if end > t[0] - APART] + [float(t[stop])]
-                self.blow, self.settling = None, True
+                self.blow, self.settling, self.calm, self.least = None, True, 0, np.inf
             at = stop + 1
+
+    def _settle(self, t, f, jumps, at) -> int:
+        """The jump back goes on in rows at ...; the row from which a jump is one of its own.
+
+        A jump looks 10 ms back, so it is over when there was none for as long: one row below `collision` is noise.  A
+        force that has come back, and goes away again by `collision`, is another one all the same.
+        """
+        while at < len(t):
+            self.calm = 0 if jumps[at] else self.calm + 1
+            away = float(np.linalg.norm(f[at] - self.base))
+            self.least = min(self.least, away)
+            if away - self.least >= self.collision:
+                self.settling = False
+                self._blow(t, f, at)
+                return at + 1
+            at += 1
+            if self.calm >= self.rise:
+                self.settling = False
+                return at
+        return at
 
     def _during(self, t, f, jumps, away, at, stop):
         """A collision goes on in rows at ... stop - 1: its end, its peak, and others on top of it."""

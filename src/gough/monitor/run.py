@@ -13,15 +13,16 @@ from ..log import Log
 from ..log.outside import Record
 from ..machine.base import Machine
 from ..machine.record import RecordMap
-from ..observe.disturbance import DisturbanceObserver
+from ..observe.disturbance import WAIT, DisturbanceObserver
 from ..observe.recorded import Recorder
 from ..quantities import brief
 from . import levels
-from .events import Event, Events
+from .events import RISE, Event, Events
 from .thin import Thin
 from .watch import Sums, Watch
 
 STEP = 1 << 14  # rows at a time
+SETTLED = 5.0  # time constants of the low pass until the first force is told, to less than a hundredth
 
 
 def monitor(
@@ -99,7 +100,7 @@ class _Job:
         self.recorder: Recorder | None = None
         self.events: Events | None = None
         self.thin, self.sums = Thin(), Sums()
-        self.begins, self.q = True, None
+        self.begins, self.q, self.known = True, None, 0.0
 
     def take(self, t, q, u, good, anew: bool) -> None:
         self.begins = self.begins or anew
@@ -108,11 +109,13 @@ class _Job:
             if not len(rows):
                 return
             self._begin(q[rows[0]])
+            self.known = t[rows[0]] + WAIT * self.observer.period + SETTLED / (2 * np.pi * self.observer.bandwidth)
             t, q, u, good = (array[rows[0] :] for array in (t, q, u, good))
         found = self.recorder.rows(q, u, good)
         w = found["wrench_hat"]
         speed = self._speed(q)
-        events = self.events.look(t, w[:, :3], speed)
+        known = t >= self.known  # a force that acted before the record began is no blow at its begin
+        events = self.events.look(t[known], w[known, :3], speed[known])
         if self.tell is not None:
             for event in events:
                 self.tell(event)
@@ -130,7 +133,8 @@ class _Job:
             level = levels.default_level(self.observer, x)
             self.level, self.noise = level, levels.noise_level(self.observer, x)
             self.events = Events(
-                self.observer.period, alarm, level if collision is None else collision,
+                self.observer.period, alarm,
+                levels.jump_level(self.observer, x, RISE) if collision is None else collision,
                 level if breakage is None else breakage,
             )  # fmt: skip
         else:

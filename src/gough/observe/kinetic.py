@@ -59,14 +59,21 @@ def passive_friction(machine, p, z, v, vd, net, base_torque, rest):
         R_B, R_A = (_sizes(R) for R in (found.platform_joint, found.base_joint))
         total += machine.joint_friction(p, z, v, ca.vertcat(R_B, R_A))
     if base_torque is not None:
-        b, _, l, n = machine.struts(p, z)
         t_0 = ca.repmat(base_torque, 6, 1) if ca.SX(base_torque).numel() == 1 else base_torque
-        for i in range(6):
-            v_B = v[:3] + ca.cross(v[3:], b[:, i])
-            across = v_B - ca.dot(n[:, i], v_B) * n[:, i]
-            F = -t_0[i] / l[i] * across / ca.sqrt(ca.dot(across, across) + rest * rest)
-            total += ca.vertcat(F, ca.cross(b[:, i], F))
+        total += base_torques(machine, p, z, v, rest) @ t_0
     return total
+
+
+def base_torques(machine, p, z, v, rest):
+    """What a torque of 1 N m in each base joint of a machine of struts does on v, eq. (3).  (6, 6), joint by joint."""
+    b, _, l, n = machine.struts(p, z)
+    columns = []
+    for i in range(6):
+        v_B = v[:3] + ca.cross(v[3:], b[:, i])
+        across = v_B - ca.dot(n[:, i], v_B) * n[:, i]
+        F = -across / l[i] / ca.sqrt(ca.dot(across, across) + rest * rest)
+        columns.append(ca.vertcat(F, ca.cross(b[:, i], F)))
+    return ca.horzcat(*columns)
 
 
 def _sizes(vectors):

@@ -8,9 +8,10 @@ from abc import abstractmethod
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ..declare import Array, Part, quantity
+from ..errors import ExperimentError
 from ..frames import rotation_of_abc_np
 from .course import Rules, course_of
 from .feed import Feed, Limits
@@ -18,6 +19,7 @@ from .path import Path
 from .path_check import check_one_axis, check_upright
 from .progress import tell
 from .reference import Motion, Reference
+from .shaper import Shaper, shaper_of
 
 
 class Program(Part):
@@ -49,11 +51,32 @@ class Program(Part):
         "m/s3", "jerk along the path, if jerk limited; else the machine's", default=None, above=0
     )
     joint_limits: bool = Field(False, description="slow down where a joint would exceed its speed or acceleration")
+    shaper: Literal["zv", "zvd", "ei"] | None = Field(
+        None, description="run each stretch between rests so that it leaves a mode of the machine at rest"
+    )
+    shaper_frequency: float | Array | None = quantity(
+        "Hz", "natural frequency of that mode; up to four", default=None, above=0, shape=(-1,)
+    )
+    shaper_damping: float = quantity("1", "damping ratio of that mode", default=0.0, at_least=0, below=1)
     settle: float = quantity("s", "rest behind the end", default=0.25, at_least=0, at_most=3600)
     lead_in: float = quantity("s", "rest before the start", default=0.0, at_least=0, at_most=3600)
     origin: Array | None = quantity(
         "m, m, m, rad, rad, rad", "pose of program zero in W; else the machine's home", default=None, shape=(6,)
     )
+
+    @model_validator(mode="after")
+    def _shaped(self):
+        if self.shaper is None and self.shaper_frequency is not None:
+            raise ExperimentError("is for a shaper", key="shaper_frequency", cure='write shaper = "zvd" beside it')
+        if self.shaper is not None:
+            if self.shaper_frequency is None:
+                raise ExperimentError("is missing", key="shaper_frequency", cure='write shaper_frequency = "49 Hz"')
+            self.shaping()  # refused here, with its key
+        return self
+
+    def shaping(self) -> Shaper | None:
+        """The impulses of `shaper`; None without."""
+        return shaper_of(self.shaper, self.shaper_frequency, self.shaper_damping) if self.shaper is not None else None
 
     @abstractmethod
     def path(self) -> Path:
@@ -105,6 +128,7 @@ def _planned(program: Program, machine) -> Motion:
     limits = limits if program.profile == "jerk_limited" else limits._replace(jerk=None)
     course = course_of(path, program.rules, limits)
     tell("planning", 0.5)
-    planned = Feed(course.path, limits, program.corner, program.profile, machine if program.joint_limits else None)
+    jointed = machine if program.joint_limits else None
+    planned = Feed(course.path, limits, program.corner, program.profile, jointed, program.shaping())
     tell("planning", 1.0)
     return Motion(path, course, planned, machine, program.settle, program.lead_in)

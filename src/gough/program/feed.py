@@ -2,7 +2,8 @@
 
 The blocks of the path are a chain of cells (profiles/phases.py) with limits (limits.py) and stops (junctions.py); a
 profile of the chain says when the feed is where: profiles/trapezoid.py with steps of the acceleration,
-profiles/jerk_limited.py with a bounded jerk.
+profiles/jerk_limited.py with a bounded jerk.  A shaper (profiles/shaped.py) makes every run between rests the mean of
+itself and of itself some time later.
 
 With corner = "constant" corners are no stops.  The velocity jumps there: "commanded velocity directions are changed
 without acceleration/deceleration limits" (the corner test of garagic-srinivasan-2004).
@@ -21,7 +22,9 @@ from .limits import Limits, block_limits
 from .path import Path
 from .profiles.jerk_limited import jerk_limited
 from .profiles.phases import Cells
+from .profiles.shaped import shaped
 from .profiles.trapezoid import trapezoid
+from .shaper import Shaper
 
 PROFILES = {"trapezoid": trapezoid, "jerk_limited": jerk_limited}
 
@@ -48,7 +51,10 @@ class Feed:
         a jerk-limited profile without a jerk; joints without limits.
     """
 
-    def __init__(self, path: Path, limits: Limits, corner: str | None = None, profile: str = "trapezoid", machine=None):
+    def __init__(
+        self, path: Path, limits: Limits, corner: str | None = None, profile: str = "trapezoid", machine=None,
+        shaper: Shaper | None = None,
+    ):  # fmt: skip
         if profile == "jerk_limited" and limits.jerk is None:
             raise ProgramError(
                 "a jerk-limited profile needs a jerk", key="jerk",
@@ -63,7 +69,7 @@ class Feed:
         cells = Cells(
             every, np.zeros(len(path)), self.extent, self.speed, self.acceleration, self.jerk, path.dwell, stop
         )
-        self._make = PROFILES[profile]
+        self._make, self._shaper = PROFILES[profile], shaper
         if machine is None:
             self.run(cells)
         else:
@@ -73,7 +79,8 @@ class Feed:
 
     def run(self, cells: Cells) -> None:
         """Make the profile anew, for these cells."""
-        self.cells, self.profile = cells, self._make(cells)
+        self.cells = cells
+        self.profile = self._make(cells) if self._shaper is None else shaped(self._make, cells, self._shaper)
         self.duration = float(self.profile.times[-1])
 
     def cell(self, t):

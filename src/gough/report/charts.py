@@ -180,6 +180,25 @@ def forces(log: Log, span: tuple[float, float] | None = None) -> dict[str, Any]:
     return {"data": data, "layout": layout}
 
 
+def wrench(log: Log) -> dict[str, Any]:
+    """The force on the tool as an observer tells it, in axes of W; gaps where it is held from before."""
+    force = np.array(log["wrench_hat"][:, :3])
+    if "observer.held" in log:
+        force[log["observer.held"] > 0] = np.nan
+    scale = scale_for(np.nan_to_num(force), "N")
+    data = []
+    for i, name in enumerate(("fx", "fy", "fz")):
+        y = scale.times * force[:, i]
+        rows = thin(y, LIMIT // 2)
+        data.append(
+            _line(log.t[rows], y[rows], name, COLOURS[i], 1.0)
+            | {"hovertemplate": f"{name}: %{{y:.4g}} {scale.unit} at %{{x:.3f}} s<extra></extra>"}
+        )
+    layout = _layout("time [s]", f"force [{scale.unit}]", 320) | {"shapes": _bands(log)}
+    layout["xaxis"] |= _extent([log])
+    return {"data": data, "layout": layout}
+
+
 def machine(log: Log) -> dict[str, Any] | None:
     """The machine at home in 3-D with the tool path; None if the log holds no drawing."""
     data, corners = [], []

@@ -19,6 +19,7 @@ LONGEST = 400_000
 _PARTS = (
     ("machine", "Machine sheet"),
     ("controller", "Controller"),
+    ("observer", "Observer"),
     ("plant", "Plant: what is true and the controller was not told"),
     ("program", "Program"),
     ("run", "Run"),

@@ -1,4 +1,4 @@
-"""The parts of the page in reading order: table, path, circles, error over time, forces, machine."""
+"""The parts of the page in reading order: table, path, circles, error over time, forces, force on the tool, machine."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def build(logs: list[Log], charts: dict[str, dict]) -> Iterator[Section]:
     """The sections that the logs have data for; their charts are added to `charts` by the id of their place."""
     names = labels(logs)
     yield Section("numbers", "In numbers", _table(logs))
-    for part in (_path, _circles, _contour, _forces, _machine):
+    for part in (_path, _circles, _contour, _forces, _wrench, _machine):
         section = part(logs, names, charts)
         if section:
             yield section
@@ -125,6 +125,16 @@ def _forces(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Sect
     note += ": it lengthens a strut." if word == "strut" else "."
     note += " The scale is the same in each picture." if len(boxes) > 1 else ""
     return Section("forces", f"{word.capitalize()} forces", _note(note) + _grid(boxes)) if boxes else None
+
+
+def _wrench(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Section | None:
+    boxes = []
+    for i, (log, head) in enumerate(zip(logs, heads(logs), strict=True)):
+        if len(log) and "wrench_hat" in log:
+            charts[f"wrench-{i}"] = draw.wrench(log)
+            boxes.append(_figure(f"wrench-{i}", f"<b>{escape(head)}</b>", 320))
+    note = "What the observer makes of the drives' forces, at the tool tip in axes of W. A gap: it is held from before."
+    return Section("wrench", "Force on the tool, as observed", _note(note) + _grid(boxes)) if boxes else None
 
 
 def _machine(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Section | None:

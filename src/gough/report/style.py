@@ -31,14 +31,19 @@ def new_axes(size: tuple[float, float] | None = None) -> Any:
 
 def new_panels(rows: int, size: tuple[float, float] | None = None) -> list[Any]:
     """Axes of a new figure, one below the other with the same limits; as `new_axes`."""
+    return [row[0] for row in new_grid(rows, 1, size)]
+
+
+def new_grid(rows: int, columns: int, size: tuple[float, float] | None = None) -> list[list[Any]]:
+    """Axes of a new figure in rows and columns: one y for all, one x for each column; as `new_axes`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     style = _style()
     figure = Figure(figsize=size or style["figure.figsize"], facecolor=style["figure.facecolor"], layout="constrained")
     FigureCanvasAgg(figure)
-    panels = list(figure.subplots(rows, sharex=True, sharey=True, squeeze=False)[:, 0])
-    for ax in panels:
+    panels = figure.subplots(rows, columns, sharex="col", sharey=True, squeeze=False)
+    for ax in panels.flat:
         ax.set_prop_cycle(style["axes.prop_cycle"])
         for side in ("top", "right"):
             ax.spines[side].set_visible(style[f"axes.spines.{side}"])
@@ -48,7 +53,7 @@ def new_panels(rows: int, size: tuple[float, float] | None = None) -> list[Any]:
             ax.tick_params(axis, labelsize=style[f"{axis}tick.labelsize"], colors=style[f"{axis}tick.color"])
         ax.grid(style["axes.grid"], color=style["grid.color"], linewidth=style["grid.linewidth"])
         ax.set_axisbelow(True)
-    return panels
+    return [list(row) for row in panels]
 
 
 def label(ax: Any, title: str, x: str, y: str) -> None:

@@ -24,7 +24,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, observed, provenance, stability, start, stopped
+from . import columns, cut, law_tasks, leaning, observed, provenance, stability, start, stopped
 from .kept import Kept
 from .notes import EffortWarning, Notes
 from .reach import Reach
@@ -49,8 +49,9 @@ class Batch:
     """The runs of one batch: what is fixed before them, and what they collect."""
 
     def __init__(
-        self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool, observer=None
-    ):
+        self, machine, laws, program, plants, seeds, labels, run, keep: str, lanes, strict: bool, observer=None,
+        compensation=None,
+    ):  # fmt: skip
         with BUILDING:
             self.run_part, self.program, self.believed, self.labels = run, program, machine, labels
             self.plants, self.plant, self.lanes, self.rows_kept = plants, plants[0], lanes, keep == "rows"
@@ -58,7 +59,10 @@ class Batch:
             self.laws = self._bound(laws)
             self.observer = None if observer is None else observer.on(machine, run.period)
             self.law = self.laws[0]
+            self.compensation = compensation
+            leaning.check(machine, self.observer, compensation)
             same_structure("controller", self.laws)
+            law_tasks.same_rates(self.laws, run.period)
             if not self.law.symbolic and any(law != self.law for law in self.laws):
                 raise ExperimentError(
                     "laws of a batch that differ must be symbolic: the step of this one is plain NumPy",
@@ -69,6 +73,9 @@ class Batch:
             self.motion = program.plan(machine)
             for law in {id(law): law for law in self.laws}.values():
                 law.check_motion(self.motion, run.period)
+            cut.check_batch([plant.cutting for plant in plants])
+            for plant in {id(plant): plant for plant in plants}.values():
+                cut.check(plant.cutting, self.motion)
             self.ticks = self.motion.count(run.period)
             self._check_rows()
             self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))
@@ -92,7 +99,9 @@ class Batch:
             self.substeps_of = [one.substeps for one in ready]
             self.substeps = max(self.substeps_of)
             radii = [
-                stability.check_loop(machine, law, run.period, self.substeps, strict, self.notes)
+                stability.check_loop(
+                    self.true if self.plant.flexible else machine, law, run.period, self.substeps, strict, self.notes
+                )
                 for law in {id(law): law for law in self.laws}.values()
             ]
             self.radius = None if None in radii else max(radii)
@@ -130,6 +139,7 @@ class Batch:
                 parameters = start.parameters(
                     self.believed, true, law, plant, run.period, self.faults, self.asked, self.drifts
                 ) | observed.parameters(self.observer)
+                parameters |= leaning.parameters(self.believed, self.compensation)
                 try:
                     at_rest = start.at_rest(self.believed, true, law, plant, self.row)
                 except RunError as error:  # a machine that cannot stand there has failed already
@@ -145,7 +155,8 @@ class Batch:
         run, true = self.run_part, self.true
         started = [one.start for one in ready if one.start is not None]
         self.state = started[0].law if started else self.law.init(self.row, np.zeros(len(self.row.q)))
-        self.signals = columns.chosen(run.signals, self.state, true, self.drifts, observed.logged(self.observer))
+        told = (*observed.logged(self.observer), *(leaning.VARIABLES if self.compensation is not None else ()))
+        self.signals = columns.chosen(run.signals, self.state, true, self.drifts, told)
         groups = defaultdict(list)
         for i, one in enumerate(ready):
             if one.start is not None:
@@ -154,9 +165,10 @@ class Batch:
         for substeps, members in groups.items():
             schedule = start.schedule_of(
                 self.believed, true, self.law, self.state, self.row, run.period, substeps, self.faults, self.asked,
-                self.signals, self.drifts,
+                self.signals, self.drifts, self.plant.cutting,
             )  # fmt: skip
             schedule = observed.with_observer(schedule, self.observer)
+            schedule = leaning.with_leaning(schedule, self.believed, self.row, self.compensation)
             self.kernel = kernels.compile(schedule, lanes=self.lanes)
             for at in range(0, len(members), SLAB):
                 self.slabs.append(self._slab(schedule, members[at : at + SLAB], ready))
@@ -164,7 +176,7 @@ class Batch:
     def _slab(self, schedule, members, ready):
         run = self.run_part
         parameters = [ready[i].parameters for i in members]
-        begun = observed.states(self.observer, self.row.x)
+        begun = observed.states(self.observer, self.row.x) | leaning.states(self.compensation)
         states = [start.states(schedule, ready[i].start, self.row) | begun for i in members]
         keys = [noise.run_key(run.seed, i) if self.seeds is None else noise.run_key(self.seeds[i], 0) for i in members]
         simulation = self.kernel.start(_stacked(parameters), _stacked(states), runs=len(members), keys=keys)
@@ -250,6 +262,7 @@ class Batch:
                 run.period, k, part, reference, row, book, contour, wrench, self.state, self.signals
             )
             found |= observed.columns(self.observer, row, part, self.signals)
+            found |= leaning.columns(row, part, self.signals)
             self.kept.take(k, found, members[live], ends[live])
 
     # -- what is said of it ---------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from ..log.build import VARIABLES
 from ..machine.workspace import beyond
 from ..program.reference import Reference
 from ..quantities import brief
-from . import joints
+from . import cut, joints, leaning
 from .trip import tripped
 
 # what the reference alone decides is the same for all runs of a batch
@@ -34,7 +34,13 @@ def chosen(signals, state, machine, drifts: bool = False, more=()) -> set[str] |
     states = [name if name.startswith("observer.") else f"controller.{name}" for name in fields(state)]
     known = [*VARIABLES, *states, *(["plant.friction_memory"] if machine.memory_count else [])]
     known += [RESIDUAL, *joints.available(machine), *(["plant.friction_scale"] if drifts else []), *more]
+    known += cut.VARIABLES
     for i, name in enumerate(signals):
+        if name in joints.FORCES and machine.rigid is not machine:
+            raise ExperimentError(
+                "a flexible plant does not tell the forces in its joints", key=f"run.signals.{i}", value=name,
+                cure="ask a plant without flexible = true",
+            )  # fmt: skip
         if name not in known:
             cure = did_you_mean(name, known)
             raise ExperimentError("the log has no such variable", key=f"run.signals.{i}", value=brief(name), cure=cure)
@@ -65,7 +71,9 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
         "t": (np.arange(k, k + len(row["z"]))[part]) * period,
         "x": x, "xd": row.get("xd", row["v"])[part], "s_r": book.s[part],
         "line": book.line[part], "block": book.block[part], "counted": book.counted[part],
-        "wrench": np.broadcast_to(wrench, (len(z), *np.shape(wrench))),
+        "wrench": wrench + row["cutting_force"][part] if "cutting_force" in row else np.broadcast_to(
+            wrench, (len(z), *np.shape(wrench))
+        ),
     } | course  # fmt: skip
     found |= {name: row[name][part] for name in ("q", "q_m", "u_c", "u", "friction", "saturated")}
     found |= {name: value[part] for name, value in contour._asdict().items()}
@@ -83,6 +91,7 @@ def columns(period, k, part, reference: Reference, row, book, contour, wrench, s
         found["plant.friction_memory"] = row["memory"][part]
     if "friction_scale" in row:
         found["plant.friction_scale"] = row["friction_scale"][part][..., 0]
+    found |= cut.columns(row, part)
     found |= joints.columns(row, part, joints.asked(signals))
     if signals is not None:
         found = {name: value for name, value in found.items() if name == "t" or name in signals}
@@ -105,9 +114,13 @@ def told(law, name: str) -> tuple:
         return ("joint",), "m", "second difference of the readings that no known force explains"
     if name == "plant.friction_scale":
         return (), "1", "friction over that of the plant's numbers"
+    if name in cut.VARIABLES:
+        return cut.VARIABLES[name][1:]
+    if name in leaning.VARIABLES:
+        return leaning.VARIABLES[name][1:]
     if name in joints.FORCES:
         return joints.FORCES[name][1]
-    said = law.states.get(name.removeprefix("controller."))
+    said = law.state_told(name.removeprefix("controller."))
     return (None, "", "") if said is None else ((said[0],), said[1], said[2])
 
 

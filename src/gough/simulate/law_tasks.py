@@ -15,7 +15,7 @@ import numpy as np
 
 from ..control.base import Controller, Measurement
 from ..control.base import Task as LawTask
-from ..errors import InputError
+from ..errors import ExperimentError, InputError
 from ..kernel import Task, period_ticks
 from ..kernel.pack import flatten, symbols, unflatten
 
@@ -35,6 +35,23 @@ def rates(law: Controller, period: float) -> tuple[int, ...]:
     except InputError as error:
         raise error.at(key="controller.period") from None
     return (*(every * _multiple(law, task) for task in law.tasks()), every)
+
+
+def same_rates(laws: list[Controller], period: float) -> None:
+    """Refuse laws of one structure that do not all tick together: runs side by side share their samples.
+
+    Raises
+    ------
+    ExperimentError
+        the first law of another period; the periods of its tasks are part of its structure.
+    """
+    for i, law in enumerate(laws):
+        if rates(law, period) != rates(laws[0], period):
+            raise ExperimentError(
+                "laws of a batch must tick together", key=f"controller.{i}.period",
+                value=f"{law.period * 1e3:g} ms; run 0 has {laws[0].period * 1e3:g} ms",
+                cure="run those of one period together",
+            )  # fmt: skip
 
 
 def cycle(law: Controller, period: float) -> float:

@@ -5,8 +5,8 @@ Held at a pose by the forces u_0, with d = [dp; rotation vector] the displacemen
     d' = v,   v' = M^-1 (d/dd (J' u_0 - h) d + J' (u - u_0)),   x - x_0 = T d                                      (1)
 
 T = diag(1, E^-1) turns a rotation vector into a b c (frames.py, (4)).  A machine with velocities of its own has their
-displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them.  Friction is left out:
-at rest it has no slope, or none that says anything of a motion.
+displacement in place of d: a 3-PRS that of its sliders, and T is then that of its tip by them; one with elastic joints
+those of its tool and its motors.  Friction is left out: at rest it has no slope, or none that says anything of motion.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ class StateSpace(NamedTuple):
 def linearize(machine, x) -> StateSpace:
     """The machine at rest at the pose x (d,) as A, B, C, D in continuous time, eq. (1), without friction.
 
-    State: displacement of the tool, [dp; rotation vector] in axes of W, m and rad, and its rate, the twist; (2 d,).
+    State: displacement of the tool, [dp; rotation vector] in axes of W, m and rad, and its rate, the twist; (2 d,).  A
+    machine of velocities of its own (`machine.velocities`) has their displacement and them in place of these.
     Input: joint forces beyond those that hold the machine there, (n,) N.  Output: change of the task coordinates,
     x y z a b c in m and rad, (d,).
 
@@ -56,10 +57,9 @@ def linearize(machine, x) -> StateSpace:
         )  # fmt: skip
     bare = machine.frictionless()
     d, still = len(bare.velocities), np.zeros(len(bare.velocities))
-    u0 = bare.inverse_dynamics(x, np.zeros(len(x)), np.zeros(len(x)))
-    z = bare.coordinates(x)
+    z, u0 = bare.at_rest(x)
     found = plant_jacobians(Shape(bare))(bare.theta, z, still, np.zeros(0), u0, np.zeros(bare.load_count))
-    rates, _, push, shown = (np.array(one) for one in found)
+    rates, _, push, shown, _ = (np.array(one) for one in found)
     S = rates[: len(z), len(z) :]  # z' = S v
     A = np.block([[np.zeros((d, d)), np.eye(d)], [rates[len(z) :, : len(z)] @ S, rates[len(z) :, len(z) :]]])
     C = np.hstack([shown @ S, np.zeros((len(x), d))])
@@ -68,9 +68,10 @@ def linearize(machine, x) -> StateSpace:
 
 @lru_cache(maxsize=64)
 def plant_jacobians(shape: Shape) -> ca.Function:
-    """(theta, z, v, memory, u, loads) -> four Jacobians.
+    """(theta, z, v, memory, u, loads) -> five Jacobians.
 
-    d(z', v')/d(z, v) with the friction's memory held, the same with the memory among the states, dv'/du, and dx/dz.
+    d(z', v')/d(z, v) with the friction's memory held, the same with the memory among the states, dv'/du, dx/dz, and
+    that of the task rate by v.
     """
     machine = shape.part
     p, theta, z, v, mem = tick.symbols_of(machine)
@@ -86,5 +87,6 @@ def plant_jacobians(shape: Shape) -> ca.Function:
         ca.jacobian(whole_rates, whole),
         ca.jacobian(rates, u)[z.numel() :, :],
         ca.jacobian(machine.task_of(p, z), z),
+        ca.jacobian(machine.task_rate_of(p, z, v), v),
     ]
     return ca.Function("jacobians", [theta, z, v, mem, u, loads], out)

@@ -46,12 +46,14 @@ def closed_loop(machine, law, period: float, substeps: int, x=None, frozen: bool
     adaptive law learns stays as it is at the start.
     """
     x = machine.home if x is None else column(x, len(machine.task), "pose")
-    loop = Loop(machine, law.on(machine, period), period, substeps, x)
+    loop = Loop(machine, law.on(machine.rigid, period), period, substeps, x)
     A, B = loop.jacobians()
-    C = np.zeros((B.shape[1], len(A)))
+    C = np.zeros((loop.S.shape[1], len(A)))
     C[:, loop.rows["z"]] = np.linalg.pinv(loop.S)  # dz = S d
-    if not machine.pose_is_state:  # from displacements of its own velocities to those of the tool
-        B, C = B @ np.linalg.inv(loop.T), loop.T @ C
+    B, C = (
+        B @ np.linalg.inv(loop.asked),
+        loop.shown @ C,
+    )  # from displacements of its own velocities to those of the tool
     # 1e-8: a hundred times the rounding of the differences
     constant = (np.abs(A - np.eye(len(A))).max(1) < 1e-8) & (np.abs(B).max(1) < 1e-8)
     kept = ~(constant | loop.learned if frozen else constant)
@@ -67,23 +69,30 @@ class Loop:
     """One sample of the tick as a function of states and reference, and the point at rest."""
 
     def __init__(self, machine, law, period: float, substeps: int, x):
-        self.machine = machine.frictionless().replace(drive=machine.drive.perfect())
+        self.machine = machine.frictionless().with_perfect_drives()
         if law.machine is not None and law.machine.friction is not None:
-            law = law.replace(machine=scaled(law.machine, NOTHING))
+            law = law.believing(scaled(law.machine, NOTHING))
         self.law, self.x, self.rest = law, x, tick.rest_row(self.machine, x)
-        u0 = self.machine.inverse_dynamics(x, *np.zeros((2, len(x))))
+        z, u0 = self.machine.at_rest(x)
         self.state = law.init(self.rest, u0)
         schedule = tick.build(self.machine, law, self.state, self.rest, period, substeps)
-        z = self.machine.coordinates(x)
         states = tick.first_states(schedule, z, self.state, u0)
         self.states = {name: value for name, value in states.items() if value.size}
         cuts = np.cumsum([0, *(value.size for value in self.states.values())])
         self.rows = {name: slice(a, b) for name, a, b in zip(self.states, cuts[:-1], cuts[1:], strict=True)}
         self.step = self._step(schedule, substeps)
-        still = np.zeros(len(self.machine.velocities))
-        rates, _, _, shown = plant_jacobians(Shape(self.machine))(self.machine.theta, z, still, [], u0, [])
-        self.S = np.array(rates)[: len(z), len(z) :]  # z' = S v
-        self.T = np.array(shown) @ self.S  # task coordinates of a displacement
+        self.S, _, self.shown = self._ways(self.machine, z, u0)
+        believed = self.machine.rigid  # a reference is a pose of the machine that nothing bends
+        z_r, u_r = (z, u0) if believed is self.machine else believed.at_rest(x)
+        _, self.T, self.asked = self._ways(believed, z_r, u_r)
+
+    @staticmethod
+    def _ways(machine, z, u0):
+        """S of z' = S v, T: task coordinates of a displacement, and the task rate by v."""
+        still = np.zeros(len(machine.velocities))
+        found = plant_jacobians(Shape(machine))(machine.theta, z, still, [], u0, [])
+        S = np.array(found[0])[: len(z), len(z) :]
+        return S, np.array(found[3]) @ S, np.array(found[4])
 
     def _step(self, schedule, substeps: int) -> ca.Function:
         """(s; reference) -> s a sample later."""
@@ -121,6 +130,6 @@ class Loop:
         """Which states adaptation moves.  (s,) bool."""
         found, start = np.zeros(sum(value.size for value in self.states.values()), bool), self.rows["law"].start
         for name, where in fields(self.state).items():
-            if name.partition(".")[0] in self.law.adapted:
+            if self.law.learns(name):
                 found[start + where.start : start + where.stop] = True
         return found

@@ -18,6 +18,9 @@ def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
     law.pop("machine", None)
     program = job.program
     parts = {"machine": job.believed, "controller": job.law, "program": program, "plant": job.plant}
+    watched = job.observer
+    if watched is not None:
+        parts["observer"] = watched
     return {
         "version": __version__,
         "versions": {name: metadata.version(name) for name in PACKAGES} | {"python": platform.python_version()},
@@ -26,8 +29,10 @@ def of(job, metrics: dict[str, Any], ticks: int, wall: float) -> dict[str, Any]:
         "joint_names": list(job.believed.joint_names),
         "controller": law,
         "controller_kind": job.law.kind,
+        "observer": {} if watched is None else {k: v for k, v in watched.to_file().items() if k != "machine"},
         "program": program.to_file() | {name: getattr(program, name, None) for name in ("name", "text")},
         "plant": job.plant.to_file(),
+        "compensation": None if job.compensation is None else job.compensation.to_file(),
         "run": job.run_part.to_file()
         | {"substeps": job.substeps, "spectral_radius": job.radius, "native": bool(job.kernel and job.kernel.native)},
         "hashes": {name: part.digest() for name, part in parts.items()},

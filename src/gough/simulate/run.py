@@ -17,12 +17,14 @@ from ..observe.base import Observer
 from ..program.base import Program
 from ..quantities import brief
 from .batch import Batch
+from .leaning import Compensation
 from .plant import Plant
 from .single import Single
 
 _MAKE = {
     "machine": 'gk.load_machine("nist-octahedral")',
     "controller": "gk.PID(bandwidth=10.0)",
+    "compensation": "Compensation(height=18e-3, air=[0.0, 0.01]) of gough.simulate.leaning",
     "observer": "gk.DisturbanceObserver(bandwidth=20.0)",
     "program": 'gk.load_program("part.ngc") or gk.Circle(radius=0.1, feed=0.05)',
     "plant": "gk.Plant(machine=machine, payload=20.0), or a machine",
@@ -71,6 +73,7 @@ def simulate(
     stop_ramp: float | None = None,
     *,
     observer: Observer | None = None,
+    compensation: Compensation | None = None,
     keep: str = "rows",
     labels: Sequence[str] | None = None,
     lanes: int | str = "auto",
@@ -80,7 +83,8 @@ def simulate(
 ) -> Log:
     """Run `program` on `plant` (default: `machine` itself) under `controller`, which believes `machine`.
 
-    An `observer` runs beside the law and changes nothing of the run; what it finds is in the log.
+    An `observer` runs beside the law and changes nothing of the run; what it finds is in the log.  With a
+    `compensation` the tool leans against the cut by the force that the observer finds (simulate.leaning).
 
     `progress(simulated, total)` is called after every chunk, in seconds.  A run that leaves the machine's limits,
     diverges or trips (`ferror`, `min_ferror`: simulate.trip) ends there: its log has status "failed" and the reason;
@@ -126,13 +130,19 @@ def simulate(
     if isinstance(lanes, bool) or lanes not in LANES:
         raise ExperimentError('lanes must be 1, 2, 4, 8 or "auto"', value=brief(lanes))
     _check("machine", machine, Machine)
+    if machine.rigid is not machine:
+        raise ExperimentError(
+            "laws believe the rigid machine", key="machine", value=f"a flexible {machine.name}",
+            cure="give machine.rigid, and plant=gk.Plant(machine=machine.rigid, flexible=True)",
+        )  # fmt: skip
     _check("program", program, Program)
     _check("observer", observer, Observer | None)
+    _check("compensation", compensation, Compensation | None)
     if not many:
         _check_single(keep, labels)
         _check("controller", controller, Controller)
         _check("plant", plant, Plant | Machine | None)
-        job = Single(machine, controller, program, _plant(machine, plant), run, strict, observer)
+        job = Single(machine, controller, program, _plant(machine, plant), run, strict, observer, compensation)
     else:
         count = _count({"controller": controller, "plant": plant, "seed": seed}, many)
         laws = _each("controller", controller, count, Controller)
@@ -140,7 +150,10 @@ def simulate(
         made = {id(value): _plant(machine, value) for value in given}  # what is the same object stays one
         plants = [made[id(value)] for value in given]
         seeds = [Run(seed=_whole(value)).seed for value in seed] if "seed" in many else None
-        job = Batch(machine, laws, program, plants, seeds, _labels(labels, count), run, keep, lanes, strict, observer)
+        job = Batch(
+            machine, laws, program, plants, seeds, _labels(labels, count), run, keep, lanes, strict, observer,
+            compensation,
+        )  # fmt: skip
     log, error = job.run(progress)
     if error is not None and on_fail == "raise":
         error.log = log
@@ -153,6 +166,11 @@ def _listed(value: Any) -> bool:
 
 
 def _plant(machine: Machine, value: Plant | Machine | None) -> Plant:
+    if isinstance(value, Machine) and value.rigid is not value:
+        raise ExperimentError(
+            "a plant makes its machine flexible itself", key="plant", value=f"a flexible {value.name}",
+            cure="give gk.Plant(machine=machine.rigid, flexible=True)",
+        )  # fmt: skip
     return value if isinstance(value, Plant) else Plant(machine=machine if value is None else value)
 
 

@@ -19,7 +19,7 @@ from ..log.build import LogBuilder
 from ..measure.contour import ContourMeter
 from ..measure.summary import Accumulator
 from ..program.reference import Reference
-from . import columns, observed, provenance, stability, start, stopped
+from . import columns, cut, leaning, observed, provenance, stability, start, stopped
 from .notes import EffortWarning, Notes
 from .reach import Reach
 from .supervise import supervision_of
@@ -33,14 +33,17 @@ CHUNK = 2048  # ticks; 20 ms of computing, so progress and Ctrl-C are prompt and
 class Single:
     """One run: what is fixed before it, and what it collects."""
 
-    def __init__(self, machine, controller, program, plant, run, strict: bool, observer=None):
+    def __init__(self, machine, controller, program, plant, run, strict: bool, observer=None, compensation=None):
         with BUILDING:
             self.run_part, self.program, self.plant, self.believed = run, program, plant, machine
             self.true = plant.true_machine
             self.law = controller.on(machine, run.period)
             self.observer = None if observer is None else observer.on(machine, run.period)
+            self.compensation = compensation
+            leaning.check(machine, self.observer, compensation)
             self.motion = program.plan(machine)
             self.law.check_motion(self.motion, run.period)
+            cut.check(plant.cutting, self.motion)
             self.ticks = self.motion.count(run.period)
             rows = -(-self.ticks // run.log_every)
             if rows > MOST_ROWS:
@@ -52,7 +55,8 @@ class Single:
                 )
             self.substeps = stability.substeps_of(self.true, plant, self.motion.duration, run)
             self.notes = Notes()
-            self.radius = stability.check_loop(machine, self.law, run.period, self.substeps, strict, self.notes)
+            seen = self.true if plant.flexible else machine
+            self.radius = stability.check_loop(seen, self.law, run.period, self.substeps, strict, self.notes)
             self.reach = Reach(machine, self.motion, run.period, self.notes)
             self.meter = ContourMeter(self.motion)
             self.sums = Accumulator(run.period)
@@ -72,18 +76,26 @@ class Single:
         first = start.at_rest(self.believed, self.true, self.law, plant, self.row)
         self.state = first.law
         drifts = bool(plant.friction_drift)
-        self.signals = columns.chosen(run.signals, self.state, self.true, drifts, observed.logged(self.observer))
+        self.signals = columns.chosen(run.signals, self.state, self.true, drifts, self._told())
         schedule = start.schedule_of(
             self.believed, self.true, self.law, self.state, self.row, run.period, self.substeps, self.faults,
-            self.asked, self.signals, drifts,
+            self.asked, self.signals, drifts, plant.cutting,
         )  # fmt: skip
-        self.kernel = kernels.compile(observed.with_observer(schedule, self.observer))
+        schedule = observed.with_observer(schedule, self.observer)
+        self.kernel = kernels.compile(leaning.with_leaning(schedule, self.believed, self.row, self.compensation))
         self.simulation = self.kernel.start(
             start.parameters(self.believed, self.true, self.law, plant, run.period, self.faults, self.asked, drifts)
-            | observed.parameters(self.observer),
-            start.states(schedule, first, self.row) | observed.states(self.observer, self.row.x),
+            | observed.parameters(self.observer)
+            | leaning.parameters(self.believed, self.compensation),
+            start.states(schedule, first, self.row)
+            | observed.states(self.observer, self.row.x)
+            | leaning.states(self.compensation),
             seed=run.seed,
         )
+
+    def _told(self) -> tuple[str, ...]:
+        """Variables of the log that observer and compensation add."""
+        return (*observed.logged(self.observer), *(leaning.VARIABLES if self.compensation is not None else ()))
 
     # -- the loop -------------------------------------------------------------------------------------------------
 
@@ -129,6 +141,7 @@ class Single:
                 run.period, k, part, reference, row, book, contour, self.plant.wrench, self.state, self.signals
             )
             | observed.columns(self.observer, row, part, self.signals)
+            | leaning.columns(row, part, self.signals)
         )
         return n
 

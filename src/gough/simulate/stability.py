@@ -26,7 +26,7 @@ from ..errors import ExperimentError, InputError
 from ..kernel.rows import compile_rows
 from ..machine.strut_limits import check_loads
 from ..machine.workspace import random_poses
-from . import law_tasks, tick
+from . import cut, law_tasks, tick
 from .drift import drifts, scale
 from .linear import plant_jacobians
 from .loop import loop_eigenvalues
@@ -35,21 +35,26 @@ from .notes import LawWarning, Notes, StabilityWarning
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
 POSES = 30  # of the workspace, for the largest loads; they vary by a factor of three or so
+MOST = 10_000  # sub-steps a sample, as in the [run] table
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
 
 def fastest_pole(machine, friction: float = 1.0) -> float:
     """Largest magnitude of the poles of the plant at home with `friction` times its friction, rad/s."""
-    home, rest = machine.home, np.zeros(len(machine.velocities))
-    u0 = machine.inverse_dynamics(home, *np.zeros((2, len(machine.task))))
+    rest = np.zeros(len(machine.velocities))
+    z, u0 = machine.at_rest(machine.home)
     theta = machine.theta if friction == 1 else np.where(drifts(machine), friction, 1.0) * machine.theta
     memory, loads = np.zeros(machine.memory_count), largest_loads(machine)
-    found = plant_jacobians(Shape(machine))(theta, machine.coordinates(home), rest, memory, u0, loads)
+    found = plant_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
     return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found[:2])
 
 
 def largest_loads(machine) -> np.ndarray:
-    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,)."""
+    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,).
+
+    Of a machine with elastic joints those of the rigid one: it swings about them.
+    """
+    machine = machine.rigid
     if not machine.load_count:
         return np.zeros(0)
     d, memory = len(machine.task), np.zeros(machine.memory_count)
@@ -108,8 +113,8 @@ def load_gain(machine, friction: float = 1.0) -> float:
     A bound: the sum over the struts of |M^-1 J' e_i| times the slope of that strut's breakaway friction, in the metric
     of the mass matrix; for `friction` times the friction.
     """
-    if not (machine.friction and machine.friction.loaded):
-        return 0.0
+    if not (machine.friction and machine.friction.loaded) or machine.rigid is not machine:
+        return 0.0  # friction on a motor behind its spring moves nothing that presses on it before the spring bends
     n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
     z, law = machine.coordinates(machine.home), machine.friction
     slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))
@@ -137,7 +142,7 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
     ------
     ExperimentError
         if the given number cannot be stable, with the number that is; if friction jams the struts, or the tubes leave
-        their sleeves.
+        their sleeves; if the pole asks for more than MOST.
     """
     try:
         check_loads(machine)
@@ -157,6 +162,12 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
     # a third of the stability limit keeps the fastest pole's own error below a percent of its (tiny) response
     needed = max(math.ceil(period / COARSEST - 1e-9), math.ceil(pole * period / (stable / 3)))
     if given is None:
+        if needed > MOST:
+            raise ExperimentError(
+                f"{grown}the plant's fastest pole asks for more sub-steps than a run takes", key="run.period",
+                value=f"{pole:.3g} 1/s: {needed} sub-steps of a sample of {period * 1e3:g} ms", limit=f"{MOST}",
+                cure="lower what sets it: stiffness and damping of friction or springs",
+            )  # fmt: skip
         return needed
     h = period / given
     if pole * h >= stable:
@@ -166,7 +177,7 @@ def choose_substeps(machine, period: float, given: int | None = None, friction: 
             key="run.substeps",
             value=f"pole x step = {pole * h:.3g}",
             limit=f"{stable}",
-            cure=f"give at least {least}, or leave it out for {needed}; friction's numbers set the pole",
+            cure=f"give at least {least}, or leave it out for {needed}; friction and springs set the pole",
         )
     return given
 
@@ -180,7 +191,8 @@ def substeps_of(true, plant, duration: float, run) -> int:
         as `choose_substeps`, for the most friction that the plant comes to have.
     """
     most = max(1.0, scale(plant.friction_drift, duration))
-    return choose_substeps(true, run.period, run.substeps, most)
+    needed = choose_substeps(true, run.period, run.substeps, most)
+    return cut.substeps_of(plant.cutting, run.period, needed, run.substeps)
 
 
 def spectral_radius(machine, law, period: float, substeps: int) -> float:

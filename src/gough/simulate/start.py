@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import ExperimentError
 from ..kernel import Schedule
 from ..program.reference import Reference
-from . import drift, faults, joints, supervise, tick
+from . import cut, drift, faults, joints, supervise, tick
 from .supervise import Supervision
 from .trip import where_in, with_trip
 
@@ -36,16 +36,16 @@ def at_rest(believed, true, law, plant, row: Reference) -> Start:
     if plant.offset is not None:  # the law is told by the encoders where it starts
         x0 = x0 + np.concatenate([plant.offset, np.zeros(d - 3)])
         row = row._replace(x=x0, q=true.inverse_kinematics(x0))
-    u0 = true.inverse_dynamics(x0, np.zeros(d), np.zeros(d), plant.wrench)
-    return Start(true.standing(x0), law.init(row, u0), u0)
+    z0, u0 = true.at_rest(x0, plant.wrench)
+    return Start(z0, law.init(row, u0), u0)
 
 
 def schedule_of(
     believed, true, law, state, row: Reference, period: float, substeps: int, count: int, asked: Supervision,
-    signals=None, drifts: bool = False,
+    signals=None, drifts: bool = False, cutting=None,
 ) -> Schedule:  # fmt: skip
     """The tick of `tick.build`, with `count` faults of encoders, the supervision that is asked for, friction that
-    drifts, and forces in the joints where `signals` asks for them."""
+    drifts, forces in the joints where `signals` asks for them, and a cut."""
     schedule = tick.build(true, law, state, row, period, substeps)
     schedule = joints.with_reactions(schedule, true, joints.asked(signals))
     n = true.joints_count
@@ -53,6 +53,7 @@ def schedule_of(
         schedule = with_trip(schedule, n, *where_in(row))
     schedule = supervise.with_supervision(schedule, believed, asked)
     schedule = faults.with_faults(schedule, n, count) if count else schedule
+    schedule = cut.with_cutting(schedule, true, row, cutting)
     return drift.with_drift(schedule, true) if drifts else schedule
 
 
@@ -68,12 +69,13 @@ def parameters(
         found["faults"] = faults.numbers(plant.faults, count, period)
     if drifts:
         found["friction_drift"] = np.array([plant.friction_drift or 0.0])
-    return found
+    return found | cut.parameters(plant.cutting)
 
 
 def states(schedule: Schedule, start: Start, row: Reference) -> dict[str, np.ndarray]:
     """The states at rest of one run of that schedule."""
     found = tick.first_states(schedule, start.z, start.law, start.u) | supervise.states(schedule, row, start.u)
+    found |= cut.states(schedule, start.z[:3])
     return found | ({"held": row.q} if "held" in found else {})
 
 

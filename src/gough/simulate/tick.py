@@ -208,7 +208,7 @@ def _sense(machine, noisy):
     qd = machine.jacobian_of(p, z) @ v
     friction = machine.strut_friction(p, qd, mem, loads)
     inputs = [theta, z, v, mem] + ([loads] if machine.load_count else []) + ([normal] if noisy else [])
-    out = [q, qd, encoder(machine, p, q, normal), friction]
+    out = [q, qd, encoder(machine, p, machine.measured_of(p, z), normal), friction]
     if not machine.pose_is_state:
         out += [ca.vertcat(*machine.tool_pose_of(p, z)), machine.task_rate_of(p, z, v)]
     return ca.Function("sense", inputs, out)

@@ -22,7 +22,7 @@ PAPERS: dict[str, str | None] = {
     "garagic2004": "garagic2004",
     "honegger1998": "honegger1998",
     "chen2008": "chen2008",
-    "bouzgarrou2001": None,
+    "bouzgarrou2001": "bouzgarrou2001",
     "okuda2006": "okuda2006",
 }
 

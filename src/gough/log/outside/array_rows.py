@@ -5,15 +5,19 @@ NetCDF-4 and MATLAB 7.3 are HDF5 and read a block of rows at a time; MATLAB 5 is
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...errors import LogError
 from .table import ROWS, Block, Source, marked
 
 LARGEST = 2 << 30  # bytes of a file that is read whole
+MOST_COLUMNS = 10_000  # of one array; a damaged header may say a thousand million
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -25,6 +29,8 @@ class ArrayRows(Source):
         self.arrays = self._arrays()
         self.names, self.where = [], {}
         for name, array in self.arrays.items():
+            if 0 in array.shape or array.shape[1:] > (MOST_COLUMNS,):  # nothing, or no table of columns
+                continue
             count = 1 if array.ndim == 1 else array.shape[1]
             names = [name] if array.ndim == 1 else [f"{name}.{i + 1}" for i in range(count)]
             for i, full in enumerate(names):
@@ -66,7 +72,9 @@ class MatRows(ArrayRows):
                 "a MATLAB 5 file is read whole, up to 2 GB", value=f"{size / 1e9:.1f} GB", cure="save it with -v7.3"
             )
         try:
-            content = loadmat(self.path)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")  # "returned data may be corrupt", "duplicate variable name"
+                content = loadmat(self.path)
         except Exception as error:  # whatever scipy makes of a file that is cut or not MATLAB
             raise self.error("cannot be read as MATLAB", value=str(error)[:100]) from None
         found = {}
@@ -79,30 +87,57 @@ class MatRows(ArrayRows):
 
 
 class Hdf5Rows(ArrayRows):
-    """NetCDF-4, or MATLAB 7.3, whose arrays stand on their side."""
+    """NetCDF-4, or MATLAB 7.3, whose arrays stand on their side.
+
+    The file is open only while rows are read: HDF5 knows a file that is open by its inode, and would give what it
+    remembers of one that has been written anew.
+    """
+
+    file: Any = None  # while rows are read
 
     def _arrays(self):
         import h5py
 
+        found: dict[str, Any] = {}
+        with self._opened():
+            try:
+                turned = self.file.userblock_size >= 128  # MATLAB writes its header in front
+                for name, data in self.file.items():
+                    if isinstance(data, h5py.Dataset) and data.dtype.kind in "fiu" and data.ndim in (1, 2):
+                        found[name] = _Hdf5(self, name, data, turned)
+            except Exception as error:  # whatever h5py makes of a file that is damaged
+                raise self.damaged(error) from None
+        return found
+
+    def blocks(self, names: Sequence[str]) -> Iterator[Block]:
+        with self._opened():
+            yield from super().blocks(names)
+
+    @contextmanager
+    def _opened(self) -> Iterator[None]:
+        import h5py
+
         try:
             self.file = h5py.File(self.path, "r")
-        except OSError as error:
-            raise self.error("cannot be read as HDF5", value=str(error)[:100]) from None
-        turned = self.file.userblock_size >= 128  # MATLAB writes its header in front
-        found: dict[str, Any] = {}
-        for name, data in self.file.items():
-            if not isinstance(data, h5py.Dataset) or data.dtype.kind not in "fiu" or data.ndim not in (1, 2):
-                continue
-            packed = [key for key in ("scale_factor", "add_offset") if key in data.attrs]
-            found[name] = _Packed(self, name, data, packed) if packed else _Hdf5(data, turned)
-        return found
+        except Exception as error:
+            raise self.damaged(error) from None
+        try:
+            yield
+        finally:
+            self.file.close()
+            self.file = None
+
+    def damaged(self, error: Exception) -> LogError:
+        """What h5py says of a file that it cannot read."""
+        return self.error("cannot be read as HDF5", value=str(error)[:100])
 
 
 class _Hdf5:
     """A dataset as (n,) or (n, k), its missing values NaN."""
 
-    def __init__(self, data: Any, turned: bool):
-        self.data, self.turned = data, turned and data.ndim == 2
+    def __init__(self, source: Hdf5Rows, name: str, data: Any, turned: bool):
+        self.source, self.name, self.turned = source, name, turned and data.ndim == 2
+        self.packed = [key for key in ("scale_factor", "add_offset") if key in data.attrs]
         shape = data.shape[::-1] if self.turned else data.shape
         self.flat = len(shape) == 2 and shape[1] == 1
         self.shape = shape[:1] if self.flat else shape
@@ -112,25 +147,20 @@ class _Hdf5:
         self.fill = None if fill is None else np.ravel(fill)[0]
 
     def __getitem__(self, rows: slice) -> np.ndarray:
-        values = np.asarray(self.data[:, rows].T if self.turned else self.data[rows])
+        if self.packed:  # its numbers are not what they say
+            raise self.source.error(
+                f"is packed ({', '.join(self.packed)})", key=self.name, cure="write it as plain numbers, e.g. ncpdq -U"
+            )
+        try:
+            data = self.source.file[self.name]
+            values = np.asarray(data[:, rows].T if self.turned else data[rows])
+        except Exception as error:  # a chunk that is damaged
+            raise self.source.damaged(error) from None
         missing = None if self.fill is None else values == self.fill
         values = values.astype(float)
         if missing is not None:
             values[missing] = np.nan
         return values[:, 0] if self.flat else values
-
-
-class _Packed(_Hdf5):
-    """A dataset whose numbers are not what they say."""
-
-    def __init__(self, source: Hdf5Rows, name: str, data: Any, keys: list[str]):
-        super().__init__(data, False)
-        self.source, self.name, self.keys = source, name, keys
-
-    def __getitem__(self, rows: slice) -> np.ndarray:
-        raise self.source.error(
-            f"is packed ({', '.join(self.keys)})", key=self.name, cure="write it as plain numbers, e.g. ncpdq -U"
-        )
 
 
 def is_hdf5(path: Path) -> bool:

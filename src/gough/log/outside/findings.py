@@ -12,7 +12,7 @@ MOST = 200  # findings kept one by one; the rest is counted
 class Finding:
     """One stretch of samples with something to tell."""
 
-    kind: str  # missing, duplicate, jitter, cell, clipped, frozen, jump, counter, sign, order, machine, end
+    kind: str  # missing, duplicate, jitter, cell, clipped, force, frozen, jump, counter, sign, order, machine, end
     rule: str
     line: int | None = None  # of the file; row for files without lines
     start: float | None = None  # s

@@ -22,7 +22,8 @@ class ParquetRows(Source):
         except ImportError:
             raise LogError("Parquet needs pyarrow", file=str(path), cure="pip install 'gough[logs]'") from None
         try:
-            self.file: Any = pq.ParquetFile(path, pre_buffer=False)  # buffered ahead, all of the file would stay
+            # buffered ahead, all of the file would stay; a checksum is looked at where the writer left one
+            self.file: Any = pq.ParquetFile(path, pre_buffer=False, page_checksum_verification=True)
         except Exception as error:  # whatever pyarrow makes of a file that is cut or not Parquet
             raise self.error("cannot be read as Parquet", value=str(error).splitlines()[0][:100]) from None
         self.names = list(self.file.schema_arrow.names)

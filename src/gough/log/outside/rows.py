@@ -16,6 +16,7 @@ import numpy as np
 
 from ...errors import LogError, RunError
 from ...machine.base import Machine
+from ...machine.drives import force_limit
 from ...machine.record import RecordMap, Text
 from .array_rows import Hdf5Rows, MatRows, is_hdf5
 from .detect import Detector
@@ -28,6 +29,7 @@ from .timeline import Samples, Timeline
 
 SUFFIXES = {".csv": "text", ".txt": "text", ".tsv": "text", ".dat": "text", ".parquet": "parquet", ".pq": "parquet",
             ".mat": "mat", ".nc": "hdf5", ".h5": "hdf5", ".hdf5": "hdf5"}  # fmt: skip
+_BEYOND = 1.001  # of the drives' limit: a current that is read has an error
 _ENOUGH = 10_000  # samples from which the share that is missing is judged while reading
 
 
@@ -125,7 +127,7 @@ class Record:
             for samples in timeline.place(block, 2 * n):
                 good = cells.good(samples)
                 q, u = self._si(samples.values[:, :n], samples.values[:, n:])
-                good &= ~self._clipped(samples)
+                good &= ~self._clipped(samples, u)
                 if not checked and good.sum() >= 2:
                     self._check_units(q[good])
                     checked = True
@@ -150,21 +152,22 @@ class Record:
             self.factor * m.forces.sign
         )
 
-    def _clipped(self, samples: Samples) -> np.ndarray:
-        """Rows whose forces are cut off, by the map's `clip`."""
-        n = self.machine.joints_count
-        if self.map.forces.clip is None:
-            return np.zeros(len(samples.t), bool)
-        cut = (np.abs(samples.values[:, n:]) >= self.map.forces.clip).any(1)
-        self.clipped += int(cut.sum())
-        for start, stop in stretches(cut):
-            self.findings.add(
-                Finding(
-                    "clipped", "forces are cut off", int(samples.lines[start]), float(samples.t[start]),
-                    float(samples.t[stop - 1]), stop - start,
-                ), 2 * self.period,
-            )  # fmt: skip
-        return cut
+    def _clipped(self, samples: Samples, u: np.ndarray) -> np.ndarray:
+        """Rows whose forces are cut off, by the map's `clip`, or beyond what the machine's drives can give."""
+        n, most = self.machine.joints_count, force_limit(self.machine.drive)
+        clip = self.map.forces.clip
+        cut = np.zeros(len(u), bool) if clip is None else (np.abs(samples.values[:, n:]) >= clip).any(1)
+        beyond = np.zeros(len(u), bool) if most is None else (np.abs(u) > _BEYOND * most).any(1) & ~cut
+        self.clipped += int((cut | beyond).sum())
+        for rows, kind, rule in (
+            (cut, "clipped", "forces are cut off"),
+            (beyond, "force", "no drive gives such a force"),
+        ):
+            for start, stop in stretches(rows):
+                line, t = int(samples.lines[start]), samples.t
+                found = Finding(kind, rule, line, float(t[start]), float(t[stop - 1]), stop - start)
+                self.findings.add(found, 2 * self.period)
+        return cut | beyond
 
     def _count(self, good: np.ndarray) -> None:
         self.samples += len(good)

@@ -15,9 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import LogError, did_you_mean
+from ...errors import LogError, nearest
 from ...quantities import brief
 
+_SHOWN, _LONGEST = 12, 160  # names, characters of a text out of a file in a message
 ROWS = 1 << 16  # of a block; 7 MB for 13 columns
 
 
@@ -55,16 +56,29 @@ class Source(ABC):
         found = []
         for name in names:
             count = self.names.count(name)
-            if count != 1:
-                rule = "the file has no such column" if not count else "two columns have this name"
-                cure = did_you_mean(name, self.names) if not count else "give each column a name of its own"
-                raise LogError(rule, file=str(self.path), value=brief(name), cure=cure)
+            if count > 1:
+                raise self.error("two columns have this name", value=brief(name), cure="give each a name of its own")
+            if count == 0:
+                raise self.error("the file has no such column", value=brief(name), cure=self._others(name))
             found.append(self.names.index(name))
         return found
 
+    def _others(self, name: str) -> str:
+        """What to do about a column that is not there."""
+        near = nearest(name, self.names)
+        more = f", and {len(self.names) - _SHOWN} more" if len(self.names) > _SHOWN else ""
+        return f"did you mean {near}?" if near else f"there is {', '.join(self.names[:_SHOWN]) or 'none'}{more}"
+
     def error(self, rule: str, **parts) -> LogError:
-        """An error of this file."""
-        return LogError(rule, file=str(self.path), **parts)
+        """An error of this file; what was read of it stands there printable, and not longer than a line."""
+        shown = {key: printable(text) if isinstance(text, str) else text for key, text in parts.items()}
+        return LogError(rule, file=str(self.path), **shown)
+
+
+def printable(text: str) -> str:
+    """A text out of a file for a message: escapes for what no terminal shows, and an end where it is long."""
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - 3]}..."
 
 
 def marked(values: np.ndarray, told: str = "no number") -> list[tuple[int, int, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import time
 from collections.abc import Iterator, Sequence
@@ -64,6 +65,11 @@ class TextRows(Source):
                 numbers, lines = [], []
         if lines:
             yield self._block(numbers, lines, places)
+
+    def _others(self, name: str) -> str:
+        """As above; and where all names stand in one cell, that the delimiter is another."""
+        marks = [mark for mark in ";\t|," if len(self.names) == 1 and mark in self.names[0]]
+        return f"write delimiter = {json.dumps(marks[0])} in [text]" if marks else super()._others(name)
 
     # -- lines ----------------------------------------------------------------------------------------------------
 

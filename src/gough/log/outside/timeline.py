@@ -19,6 +19,7 @@ from ...machine.record import Time
 from .findings import Finding, Findings
 from .table import Block, Source
 
+_FARTHEST = 1e15  # samples between two rows, which may say any time
 LONGEST = 50  # missing samples put in; behind more the record begins anew
 
 
@@ -59,7 +60,7 @@ class Timeline:
         else:
             before, known = self.last
         dt = np.diff(t, prepend=before)
-        k = np.rint(dt / T).astype(np.int64)
+        k = np.rint(np.clip(dt / T, -_FARTHEST, _FARTHEST)).astype(np.int64)
         late = np.abs(dt - k * T) > self.time.allowed
         keep = self._kept(k, values, lines, t, known)
         if not keep.all():

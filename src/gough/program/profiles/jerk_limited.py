@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .phases import Cells, Phases, Profile
+from .phases import Cells, Phases, Profile, reached
 from .seven import phases
 from .stretches import stretches
-
-_ROUNDS = 200  # of a root in a bracket; halving alone needs 60
 
 
 def jerk_limited(cells: Cells) -> Profile:
@@ -33,7 +31,7 @@ def jerk_limited(cells: Cells) -> Profile:
     x = np.zeros(len(pause))
     x[moving] = X[:-1] - X[members[begin]][before]
     times = np.zeros(len(pause) + 1)
-    times[moving] = _when(table, first, found.length, before, x[moving], ends)
+    times[moving] = reached(table, first, found.length, before, x[moving], ends)
     times[opening] = starts[first[:-1]]
     # pauses follow what has moved before them
     still = np.flatnonzero(cells.length == 0)
@@ -55,27 +53,3 @@ def _merged(cells, moving):
     length = np.add.reduceat(cells.length[moving], begin)
     none = np.zeros(len(begin))
     return Cells(begin, none, length, V[begin], A[begin], J[begin], none, halt[members]), members
-
-
-def _when(table, first, S, stretch, x, ends):
-    """The times at which the feed is at x (n,) of the stretches (n,)."""
-    owner = np.repeat(np.arange(len(S)), np.diff(first))
-    base = np.concatenate([[0.0], np.cumsum(S)])
-    starts = table.times[:-1]
-    begins = table.at(np.arange(len(starts)), starts)[0]
-    k = np.searchsorted(base[owner] + begins, base[stretch] + x, "right") - 1
-    k = np.clip(k, first[stretch], first[stretch + 1] - 1)
-    low, high = starts[k], ends[k]
-    t, out, todo = (low + high) / 2, np.zeros(len(k)), np.arange(len(k))
-    for _ in range(_ROUNDS):
-        at, v, _, _ = table.at(k, t)
-        low, high = np.where(at < x, t, low), np.where(at < x, high, t)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            new = t - (at - x) / v
-        new = np.where((new > low) & (new < high), new, (low + high) / 2)
-        out[todo] = new
-        go = np.abs(new - t) > 4e-16 * new
-        if not go.any():
-            break
-        todo, k, t, low, high, x = todo[go], k[go], new[go], low[go], high[go], x[go]
-    return out

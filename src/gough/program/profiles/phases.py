@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+_ROUNDS = 200  # of a root in a bracket; halving alone needs 60
+
 
 class Cells(NamedTuple):
     """What the feed runs through: pieces of blocks in order, with what bounds it there.  (n,) each, SI.
@@ -62,3 +64,30 @@ class Profile(NamedTuple):
     phases: Phases
     times: np.ndarray
     x: np.ndarray
+
+
+def reached(table: Phases, first, S, stretch, x, ends) -> np.ndarray:
+    """The times at which the feed is at x (n,) of the stretches (n,).
+
+    Stretch k, S_k long, has the phases first_k to first_(k+1); they last until `ends` (p,).
+    """
+    owner = np.repeat(np.arange(len(S)), np.diff(first))
+    base = np.concatenate([[0.0], np.cumsum(S)])
+    starts = table.times[:-1]
+    begins = table.at(np.arange(len(starts)), starts)[0]
+    k = np.searchsorted(base[owner] + begins, base[stretch] + x, "right") - 1
+    k = np.clip(k, first[stretch], first[stretch + 1] - 1)
+    low, high = starts[k], ends[k]
+    t, out, todo = (low + high) / 2, np.zeros(len(k)), np.arange(len(k))
+    for _ in range(_ROUNDS):
+        at, v, _, _ = table.at(k, t)
+        low, high = np.where(at < x, t, low), np.where(at < x, high, t)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = t - (at - x) / v
+        new = np.where((new > low) & (new < high), new, (low + high) / 2)
+        out[todo] = new
+        go = np.abs(new - t) > 4e-16 * new
+        if not go.any():
+            break
+        todo, k, t, low, high, x = todo[go], k[go], new[go], low[go], high[go], x[go]
+    return out

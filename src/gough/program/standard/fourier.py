@@ -11,6 +11,7 @@ from ...errors import ExperimentError
 from ...frames import rotation_of_abc_np
 from ..base import Program
 from ..path import Path
+from ..shaper import shaped_poses
 from ..timed import TimedMotion, path_of
 
 _POINTS = 128  # of the path in the shortest period: the curve through them is 1e-9 of the amplitude from the motion
@@ -129,4 +130,7 @@ def _planned(program: Fourier, machine) -> TimedMotion:
     if len(origin) < 6:  # a machine of fewer freedoms: its tool's pose at home
         origin = np.asarray(machine.tool_pose(origin), float)
     R_WO = rotation_of_abc_np(origin[3:])
-    return TimedMotion(program.poses, program.nodes, machine, origin[:3], R_WO, program.settle, program.lead_in)
+    poses, nodes, shaper = program.poses, program.nodes, program.shaping()
+    if shaper is not None:
+        poses, nodes = shaped_poses(poses, nodes, shaper)
+    return TimedMotion(poses, nodes, machine, origin[:3], R_WO, program.settle, program.lead_in)

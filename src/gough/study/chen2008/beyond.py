@@ -11,7 +11,7 @@ from ...control.computed_torque import ComputedTorque
 from ...mechanics.friction import LuGre
 from ...report import style
 from ..study import Beyond, Experiment, Tick, parts
-from .setup import CIRCLE, ELLIPSE, TIME, law, machine, run, scaled
+from .setup import CIRCLE, ELLIPSE, LAYER, TIME, law, machine, run, scaled
 
 UM = 1e-6
 # preloaded guides and nut, 0.2 N m of a motor of 20; bristle damping ratio 0.7 with 90 kg
@@ -19,8 +19,15 @@ FRICTION = LuGre(coulomb=60.0, viscous=100.0, stiffness=1e8, damping=2 * 0.7 * n
 METRE = {"strength": 260.0, "boundary": 1.0, "tangential": "distance"}  # those of the circle, in metres
 # in its boundary layer s' = -K / delta s: poles at 260, 20 and 20 1/s, and so has this
 SAME, STIFF = "computed torque, 20 20 260 1/s", "computed torque, 16 Hz"
-OTHERS = {SAME: ComputedTorque(poles=[20.0, 20.0, 260.0]), STIFF: ComputedTorque(bandwidth=16.0)}
-OURS = "equivalent errors"
+OURS, OLDER = "equivalent errors", "equivalent errors, speeds of two samples"
+QUICK = "equivalent errors, 16 Hz"
+_W = 2 * np.pi * 16.0  # computed torque of 16 Hz has poles at (1, 1, 2) times this
+OTHERS = {
+    QUICK: law(CIRCLE, damping=2 * _W, stiffness=_W**2, strength=2 * _W * LAYER),
+    OLDER: law(CIRCLE, speed="two_samples"),
+    SAME: ComputedTorque(poles=[20.0, 20.0, 260.0]),
+    STIFF: ComputedTorque(bandwidth=16.0),
+}
 ENCODERS = {"exact": None, "0.1 um": 1e-7, "1 um": 1e-6}
 
 
@@ -116,10 +123,14 @@ def _survival_text(rows: Sequence[Row]) -> str:
         f"Of the {of[OURS, bare]:.2g} um an encoder of 0.1 um leaves {of[OURS, 'encoder 0.1 um']:.2g}, one of 1 um "
         f"{of[OURS, 'encoder 1 um']:.2g} um; with 60 N of friction in every slider it is {of[OURS, rubbed]:.2g} um, "
         f"whatever the encoder.  Computed torque in the coordinates of the sliders, with the law's own poles and at 16 "
-        f"Hz, stands at {told(bare)} um without friction (its speeds are half a sample old) and at {told(rubbed)} um "
-        f"with it: friction is held by stiffness, not by the choice of the error.  At 25 % uncertainty it has "
-        f"{told('25 % uncertain')} um against {of[OURS, '25 % uncertain']:.2g}, at 50 % {told('50 % uncertain')} um "
-        f"against {of[OURS, '50 % uncertain']:.2g}."
+        f"Hz, stands at {told(bare)} um without friction and at {told(rubbed)} um with it.  Its speeds are half a "
+        f"sample old.  Equivalent errors with such speeds have {of[OLDER, bare]:.2g} um: across the path what these "
+        f"are off by stays the same all round, and the integral takes it; in the sliders it turns with the circle.  "
+        f"Friction and wrong masses are held by stiffness more than by the choice of the error: with poles of 16 Hz "
+        f"equivalent errors have {of[QUICK, rubbed]:.2g} um with friction.  At 25 and 50 % they have "
+        f"{of[OURS, '25 % uncertain']:.2g} and {of[OURS, '50 % uncertain']:.2g} um as printed, "
+        f"{of[QUICK, '25 % uncertain']:.2g} and {of[QUICK, '50 % uncertain']:.2g} um with poles of 16 Hz; computed "
+        f"torque {told('25 % uncertain')} um at 25 %, {told('50 % uncertain')} um at 50 %."
     )
 
 
@@ -134,7 +145,7 @@ def _forms_text(rows: Sequence[Row]) -> str:
         f"K = 26 over the gradient of the equation is what holds the tool: {'; '.join(told)}.  In metres K is what it "
         f"says on every path: {metre[0]:.2g} um on the circle and {metre[1]:.2g} um on the ellipse with one tuning.  "
         "On the ellipse the forms without a root are better where they hold: in an even parameter their disturbance "
-        "2 w^2 is constant, and the integral takes it; in metres it is v^2 times the curvature, which changes."
+        "is nearly constant, and the integral takes it; in metres it is v^2 times the curvature, which changes."
     )
 
 

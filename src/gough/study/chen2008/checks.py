@@ -12,7 +12,7 @@ from ...machine.workspace import random_poses
 from ...mechanics import constrained
 from ...simulate import tick as plant
 from ..study import Tick
-from .setup import CIRCLE, ELLIPSE, RATE, law, machine, program
+from .setup import CIRCLE, law, machine, program
 
 POSES = 500
 RANK = 1e-9  # of the largest singular value; the fourth is rounding
@@ -76,12 +76,3 @@ def linear_estimate(x, x_r) -> float:
     exact, reference = m.coordinates(x), m.coordinates(x_r)
     found = np.array(step.map(len(x))(m.theta, reference.T, exact[:, :3].T)).T
     return float(np.abs(found[:, 3:] - exact[:, 3:]).max())
-
-
-def disturbance(times: float) -> float:
-    """(s - 1) |W_1| over K on the printed ellipse: above 1 no sliding mode holds.
-
-    With all inertias s times the believed ones the drives do 1 / s of what is asked and W stays: E'' = (1 - 1/s) W +
-    v / s, v what the law adds; |v| <= K holds E'' at 0 for (s - 1) |W| <= K.  W_1 = 2 (x'^2 / a^2 + y'^2 / b^2), 2 w^2.
-    """
-    return (times - 1) * 2 * RATE**2 / law(ELLIPSE).strength

@@ -33,6 +33,7 @@ class Learned(NamedTuple):
     """What was learned from circles, and what it predicts of others."""
 
     found: Estimate
+    loaded: Estimate  # the same rows with joint torques that grow with the load
     circles: list[Circle]
 
 
@@ -69,9 +70,9 @@ def learned(tick: Tick | None) -> Learned:
     every, true = [*TAUGHT, *SHOWN], setup.true()
     ticks = parts(tick, [duration(radius) for radius, _, _ in every])
     logs = [measured(setup.circle(*one), true, seed, ticks[seed]) for seed, one in enumerate(every)]
-    found = fitted(logs[: len(TAUGHT)])
+    found, grows = (fitted(logs[: len(TAUGHT)], loaded) for loaded in (False, True))
     circles = [predicted(name, log, found.full) for name, log in zip(setup.TILTS, logs[len(TAUGHT) :], strict=True)]
-    return Learned(found, circles)
+    return Learned(found, grows, circles)
 
 
 def planted(tick: Tick | None) -> Estimate:
@@ -81,9 +82,9 @@ def planted(tick: Tick | None) -> Estimate:
     return fitted([measured(setup.circle(*one), true, None, part) for one, part in zip(TAUGHT, ticks, strict=True)])
 
 
-def fitted(logs: Sequence[Log]) -> Estimate:
-    """Least squares of the model on circles."""
-    return estimate(model.rows_of(setup.machine(), [s for log in logs for s in moving(log)]))
+def fitted(logs: Sequence[Log], loaded: bool = False) -> Estimate:
+    """Least squares of the model on circles; `loaded` as in model.rows_of."""
+    return estimate(model.rows_of(setup.machine(), [s for log in logs for s in moving(log)], loaded))
 
 
 def predicted(tilt: str, log: Log, values) -> Circle:

@@ -10,6 +10,9 @@ l_j points from base to platform joint, a push of the drive is positive along it
 so the push without a load is u = g + f.  The paper's sign of g_s and f_b is the other one, its direction in (13) that
 of v_j: theory page "disturbance", section "Okuda et al. 2006, repaired".  Moments are about the tool tip, theirs about
 the platform's centre of mass: the same u.  m_B, m_J, m_P and lengths are the design's.
+
+Friction of joints grows with the force in them, t_0j of (13) does not.  `loaded` puts t_j = c_j |u_j| in its place,
+with the push u_j as it was read: c is the coefficient of friction times the radius on which it acts.
 """
 
 from __future__ import annotations
@@ -28,8 +31,10 @@ L_1, L_2, L_3 = 0.08, 0.12, 1.0  # m
 SLOW = 4e-3  # m/s: below it a strut's friction is not that of sliding (Stribeck rise of 2 mm/s)
 BLOCK = 50  # samples that are averaged into a row: half a period of the filter
 NAMES = ("m_T", "m_S", *(f"f_0[{j}]" for j in range(6)), *(f"t_0[{j}]" for j in range(6)))
+ARMS = tuple(f"c[{j}]" for j in range(6))  # in the places of t_0j
 UNITS = ("kg", "kg", *["N"] * 6, *["N m"] * 6)
 GUESS = np.array([20.0, 10.0, *[60.0] * 6, *[4.0] * 6])  # what is believed before: the wrong side of each truth
+ARM = 5e-3  # m, of c_j
 
 
 class Struts(NamedTuple):
@@ -99,15 +104,19 @@ def joint_speeds(machine: Hexapod, x, xd) -> np.ndarray:
     return xd[:, None, :3] + np.cross(xd[:, None, 3:], b)
 
 
-def rows_of(machine: Hexapod, stretches: Sequence[Signals]) -> Rows:
-    """The rows of circles in air for gough.identify.regress, averaged over BLOCK samples."""
+def rows_of(machine: Hexapod, stretches: Sequence[Signals], loaded: bool = False) -> Rows:
+    """The rows of circles in air for gough.identify.regress, averaged over BLOCK samples; `loaded`: c_j, not t_0j."""
     parts = []
     for s in stretches:
         known, Y = columns(machine, s.x, joint_speeds(machine, s.x, s.xd), s.sign)
+        if loaded:
+            Y[..., 8:] *= np.abs(s.u)[:, None, :]
         count = len(s.t) // BLOCK * BLOCK
         used = np.abs(s.qd[:count]).reshape(-1, BLOCK, 6).min(1) > SLOW
         mean = [a[:count].reshape(-1, BLOCK, *a.shape[1:]).mean(1) for a in (Y, s.u - known)]
         parts.append((*mean, used))
     Y, u, used = (np.concatenate(part) for part in zip(*parts, strict=True))
     samples = sum(len(s.t) for s in stretches)
-    return Rows(Y, u, used, NAMES, UNITS, GUESS, machine.joint_names, BLOCK * stretches[0].Ts, samples)
+    names, units, guess = (*NAMES[:8], *ARMS), (*UNITS[:8], *["m"] * 6), np.where(np.arange(14) < 8, GUESS, ARM)
+    told = (names, units, guess) if loaded else (NAMES, UNITS, GUESS)
+    return Rows(Y, u, used, *told, machine.joint_names, BLOCK * stretches[0].Ts, samples)

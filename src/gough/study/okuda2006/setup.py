@@ -4,7 +4,11 @@
   is a, about x of W.
 - f_0 of 90 N and t_0 of some 8 N m are chosen (MACHINES.md 5.3).  The true friction of a strut is that with bristles,
   a fifth more when it breaks away, 150 N s/m of viscous friction, and up to 10 % more or less than f_0 each; that of
-  a joint is 0.2 of the force in it on a radius of 60 mm (base: 2 to 21 N m) and 5 mm (platform).
+  a joint is 0.2 of the force in it on a radius of 60 mm (base: t_0 at the 700 N of a strut; 2 to 21 N m) and 5 mm.
+- The platform's 5 mm and the bristles' 1e8 N/m are chosen.  The paper has no friction in its platform joints, so 0.2 on
+  5 mm, a twelfth of the base's; plain spherical joints of 20 to 40 mm can have four times as much, rolling ones a
+  twentieth.  1e8 N/m is a presliding of 1 um, as of the preloaded rolling parts of eth-hexaglide; ball screws have 1 to
+  10 um.  The page of the study says what comes out over these ranges (tests/study/sensitivity.py).
 - The joints' cones are opened to 70 deg: the tilted circle asks for 52 deg of the platform joints, the sheet has 45.
 - Torques are read in steps of 0.03 N m, 12 bits of +-60 N m, with noise of 0.05 N m.
 """
