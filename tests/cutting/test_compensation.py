@@ -133,6 +133,7 @@ def log(machine):
     return loop(machine, CUT)
 
 
+@pytest.mark.full
 def test_in_the_loop_the_tool_leans_by_the_law_of_the_force(log):
     on = (log["s_r"] > 0.05) & (log["s_r"] < 0.078)
     theta = Leaning().inclination(CUT.mean_forces(FEED, 0.9e-3)[1])

@@ -57,6 +57,7 @@ def states(machine):
     return x, rng.normal(size=(STATES, 3)) * 0.4, rng.normal(size=(STATES, 3)) * 800, w
 
 
+@pytest.mark.quick("general-hexaglide-*", "*-pinocchio")
 def test_mass_bias_and_accelerations_are_the_engines(machine, engine):
     x, V, u, w = states(machine)
     R = rotation_of_abc_np(machine.tool_pose(x)[:, 3:])

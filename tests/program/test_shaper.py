@@ -68,6 +68,7 @@ def test_two_modes_are_both_left_at_rest():
     assert len(made.size) == 4
 
 
+@pytest.mark.quick("zv-jerk_limited", "ei-trapezoid")
 @pytest.mark.parametrize("make", [trapezoid, jerk_limited])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_shaped_line_takes_the_delay_longer_and_shakes_the_mode_no_more(make, kind):
