@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gough.export.c.machine_text import machine_text
+from gough.export.c.machine_text import limit_names, machine_text
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 COMPILERS = [
@@ -19,14 +20,40 @@ COMPILERS = [
 ]
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
-_LOOP = """
+_LOOPS = """
 void {name}_rows(long n, const double *joints, double *poses, int *status, {name}_report *reports)
 {{
     long k;
     for (k = 0; k < n; ++k)
         status[k] = {name}_forward(joints + {j} * k, poses + {d} * k, reports + k);
 }}
+void {name}_inverse_rows(long n, int *status, double *out, const double *x)
+{{
+    long k;
+    for (k = 0; k < n; ++k)
+        status[k] = {name}_inverse(x + {d} * k, out + {j} * k);
+}}
+void {name}_jacobian_rows(long n, int *status, double *out, const double *x)
+{{
+    long k;
+    for (k = 0; k < n; ++k)
+        status[k] = {name}_jacobian(x + {d} * k, out + {jd} * k);
+}}
+void {name}_limits_rows(long n, int *status, double *out, const double *x)
+{{
+    long k;
+    for (k = 0; k < n; ++k)
+        status[k] = {name}_limits(x + {d} * k, out + {l} * k);
+}}
+void {name}_inverse_dynamics_rows(long n, int *status, double *out, const double *x, const double *xd,
+    const double *xdd, const double *w)
+{{
+    long k;
+    for (k = 0; k < n; ++k)
+        status[k] = {name}_inverse_dynamics(x + {d} * k, xd + {d} * k, xdd + {d} * k, w + 6 * k, out + {j} * k);
+}}
 """
+UNTOUCHED = -7.0  # what an output holds before a call
 
 
 def build(folder: Path, files: dict[str, str], compiler: str = "gcc", options=("-O1",)) -> ctypes.CDLL:
@@ -63,16 +90,19 @@ class InC:
     def __init__(self, folder: Path, machine, name: str = "m", **build_options):
         self.machine, self.name = machine, name
         c, h = machine_text(name, machine)
-        loop = _LOOP.format(name=name, j=machine.joints_count, d=len(machine.task))
-        prototype = f"void {name}_rows(long n, const double *, double *, int *, {name}_report *);\n"
-        self.library = build(folder, {f"{name}.c": c + prototype + loop, f"{name}.h": h}, **build_options)
+        self.sizes = dict(d=len(machine.task), j=machine.joints_count, l=len(limit_names(machine)))
+        loops = _LOOPS.format(name=name, jd=self.sizes["d"] * self.sizes["j"], **self.sizes)
+        headers = "".join(line + ";\n" for line in _prototypes(loops))
+        self.library = build(folder, {f"{name}.c": c + headers + loops, f"{name}.h": h}, **build_options)
 
-    def call(self, function: str, *inputs: np.ndarray, size: int):
-        """Status (N,) and output (N, size) of <name>_<function> on rows."""
-        f, count = getattr(self.library, f"{self.name}_{function}"), len(inputs[0])
-        status, out = np.zeros(count, int), np.full((count, size), -7.0)
-        for k in range(count):
-            status[k] = f(*(pointer(column[k]) for column in inputs), pointer(out[k]))
+    def call(self, function: str, *inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Status (N,) and output (N, k) of <name>_<function> on rows; UNTOUCHED where nothing was written."""
+        d, j = self.sizes["d"], self.sizes["j"]
+        size = {"inverse": j, "jacobian": j * d, "limits": self.sizes["l"], "inverse_dynamics": j}[function]
+        n = len(inputs[0])
+        status, out = np.zeros(n, np.int32), np.full((n, size), UNTOUCHED)
+        given = [pointer(np.ascontiguousarray(one, float)) for one in inputs]
+        getattr(self.library, f"{self.name}_{function}_rows")(ctypes.c_long(n), pointer(status), pointer(out), *given)
         return status, out
 
     def forward(self, joints: np.ndarray, near: np.ndarray):
@@ -85,4 +115,10 @@ class InC:
         return status, poses, np.frombuffer(reports, _REPORT)
 
 
-_REPORT = np.dtype([("residual", "f8"), ("determinant", "f8"), ("margin", "f8"), ("limit", "i4"), ("evaluations", "i4")])
+_REPORT = np.dtype(
+    [("residual", "f8"), ("determinant", "f8"), ("margin", "f8"), ("limit", "i4"), ("evaluations", "i4")]
+)
+
+
+def _prototypes(text: str) -> list[str]:
+    return [head.strip() for head in re.findall(r"^void[^{]*", text, re.M)]
