@@ -13,6 +13,7 @@ import pytest
 
 from gough.export.c.machine_text import limit_names, machine_text
 
+GENHEX = Path(__file__).with_name("genhex.toml")  # LinuxCNC's default hexapod
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 COMPILERS = [
     pytest.param(one, marks=pytest.mark.skipif(shutil.which(one) is None, reason=f"{one} is not installed"))
@@ -90,7 +91,7 @@ class InC:
     def __init__(self, folder: Path, machine, name: str = "m", **build_options):
         self.machine, self.name = machine, name
         c, h = machine_text(name, machine)
-        self.sizes = dict(d=len(machine.task), j=machine.joints_count, l=len(limit_names(machine)))
+        self.sizes = {"d": len(machine.task), "j": machine.joints_count, "l": len(limit_names(machine))}
         loops = _LOOPS.format(name=name, jd=self.sizes["d"] * self.sizes["j"], **self.sizes)
         headers = "".join(line + ";\n" for line in _prototypes(loops))
         self.library = build(folder, {f"{name}.c": c + headers + loops, f"{name}.h": h}, **build_options)

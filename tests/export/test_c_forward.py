@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from compiled import InC, needs_gcc
 from test_c_machine import (
-    GENHEX, MACHINES, NOT_FINITE, OK, OUTSIDE_LIMITS, SINGULAR, motions,
+    GENHEX,
+    MACHINES,
+    NOT_FINITE,
+    OK,
+    OUTSIDE_LIMITS,
+    SINGULAR,
+    motions,
 )  # fmt: skip
 
 import gough as gk
@@ -14,11 +20,6 @@ from gough.export.c.solver_text import MOST
 
 pytestmark = needs_gcc
 SAME = 1e-9  # m and rad: two poses of one assembly mode that are nearer are one; others are 1e-2 apart
-
-
-@pytest.fixture(scope="module")
-def genhex(tmp_path_factory):
-    return InC(tmp_path_factory.mktemp("genhex"), gk.load_machine(GENHEX))
 
 
 def apart(found, expected):
@@ -140,6 +141,7 @@ def test_joints_that_are_no_numbers_leave_the_pose_and_a_pose_that_is_none_becom
     assert (found == machine.home).all()
 
 
+@pytest.mark.full
 def test_a_path_through_the_singular_turn_stops_there_and_never_comes_out_in_another_mode(tmp_path):
     """Servo steps of C from 80 to 100 degrees: each answer is the last good pose of the next."""
     machine = gk.load_machine(GENHEX).replace(**{"limits.workspace": None})

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiled import COMPILERS, UNTOUCHED, InC, needs_gcc
+from compiled import COMPILERS, GENHEX, UNTOUCHED, InC, needs_gcc
 
 import gough as gk
 from gough.errors import SingularityError
@@ -16,7 +16,6 @@ from gough.kernel.tape import trace
 from gough.machine import workspace
 from gough.machine.workspace import random_poses
 
-GENHEX = Path(__file__).with_name("genhex.toml")
 MACHINES = ["okuma-pm600", "nist-octahedral", "eth-hexaglide", "ccu-3prs", "ifma-hsm", "emps", str(GENHEX)]
 OK, NOT_FINITE, UNREACHABLE, _, ASSEMBLY_MODE, OUTSIDE_LIMITS, SINGULAR = range(7)
 RELATIVE = 1e-12  # issue 12, of the greatest entry of a row
@@ -53,9 +52,8 @@ def hold_to_python(machine, in_c, count):
 
 
 @needs_gcc
-def test_a_hexapod_in_c_gives_what_python_gives_at_a_thousand_poses(tmp_path):
-    machine = gk.load_machine(GENHEX)
-    hold_to_python(machine, InC(tmp_path, machine, options=("-O0",)), 1000)
+def test_a_hexapod_in_c_gives_what_python_gives_at_a_thousand_poses(genhex):
+    hold_to_python(genhex.machine, genhex, 1000)
 
 
 @needs_gcc
@@ -85,11 +83,6 @@ def test_no_compiler_warns_of_a_machine_at_any_level(name, compiler, tmp_path):
     machine = gk.load_machine(name)
     for level in ("-O0", "-O3"):
         InC(tmp_path, machine, compiler=compiler, options=(level,))  # build() has -Werror
-
-
-@pytest.fixture(scope="module")
-def genhex(tmp_path_factory):
-    return InC(tmp_path_factory.mktemp("genhex"), gk.load_machine(GENHEX), options=("-O0",))
 
 
 @needs_gcc

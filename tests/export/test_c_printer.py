@@ -45,7 +45,7 @@ def every_operation():
 def test_every_operation_in_c_is_that_of_one_lane_to_the_last_bit(tmp_path):
     names, tape = every_operation()
     c = "#include <math.h>\n" + printer.function(tape, "all_of", ["x", "y"], ["out"], static=False)
-    h = "void all_of(const double x[1], const double y[1], double out[]);\n"
+    h = f"void all_of(const double x[1], const double y[1], double out[{len(names)}]);\n"
     library = build(tmp_path, {"all.c": h + c})
     for a in ODD:
         for b in ODD:

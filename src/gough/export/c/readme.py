@@ -40,7 +40,7 @@ def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
         "every function returns a status, and NaN or infinity goes neither in nor out unsaid. Units are SI (m, rad, s,",
         "kg, N); the headers say unit and frame of every argument.",
         "",
-        f"- `{name}.h`: `{name}_inverse`, `{name}_forward`, `{name}_jacobian`, `{name}_limits`, `{name}_inverse_dynamics`",
+        f"- `{name}.h`: `{name}_` with `inverse`, `forward`, `jacobian`, `limits`, `inverse_dynamics`",
         *(
             f"- `{one.name}.h`: `{one.name}_start`, `{one.name}_step`, every {one.period:g} s: {one.what}"
             for one in stepped
@@ -64,7 +64,9 @@ def _forward(name: str, machine: Machine) -> str:
     if closed_form(machine):
         return f"`{name}_forward` is a closed form."
     return (
-        f"`{name}_forward` takes the last good pose and gives the next, or a status and leaves the pose as it was. It is\n"
-        f"Newton's method with steps held back; it evaluates its equations at most {solver_text.MOST} times from the pose\n"
-        f"and, where that is in no state to start from, {solver_text.MOST} times from home."
+        f"`{name}_forward` takes the last good pose and gives the next, or a status and leaves the pose as it was. It\n"
+        "is Newton's method with steps held back, and never crosses a singularity; it evaluates its equations at most\n"
+        f"{solver_text.MOST} times from the pose and, where that is no start, {solver_text.MOST} times from home.\n"
+        "After a status that says the machine is too near to a singular pose, stop: joints alone do not tell on which\n"
+        "side of it a machine comes out."
     )
