@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from compiled import build, needs_gcc, pointer
 
 import gough as gk
+from gough.control.base import Controller
 from gough.errors import ExperimentError
 from gough.experiment.laws import OWN, START
 from gough.experiment.observers import OBSERVERS, observer_of
@@ -139,9 +141,8 @@ def test_a_reading_that_is_no_number_is_to_an_observer_a_sample_that_is_missing(
 
 
 def test_a_law_in_plain_python_is_refused():
-    class Own(gk.Controller):
-        kind = "own"
-        symbolic = False
+    class Own(Controller):
+        symbolic: ClassVar = False
 
         def init(self, r0, u0):
             return None
@@ -150,4 +151,4 @@ def test_a_law_in_plain_python_is_refused():
             return None
 
     with pytest.raises(ExperimentError, match=r"a law whose step is plain Python cannot be exported, got 'Own'"):
-        law_stepped("m_own", Own(), None, None)
+        law_stepped("m_own", Own(period=1e-3), None, None)

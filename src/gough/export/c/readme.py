@@ -19,6 +19,7 @@ test: {name}_test
 \t./{name}_test
 
 {name}_test: $(SOURCES) {name}_test.c $(SOURCES:.c=.h)
+\t@command -v $(firstword $(CC)) >/dev/null || {{ echo "no C compiler $(CC): install gcc, or make CC=..."; exit 1; }}
 \t$(CC) $(STRICT) $(CFLAGS) -o $@ $(SOURCES) {name}_test.c -lm
 
 clean:
@@ -52,8 +53,8 @@ def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
         "The operations are those of the simulation, in its order, each rounded once. With the same libm, without",
         "-ffast-math and with -ffp-contract=off, `inverse`, `jacobian`, `inverse_dynamics` and every `step` give the",
         "bits of a simulation of one lane (several lanes fuse products and sums, and differ in the last digits);",
-        f"`{name}_forward` has a search of its own and agrees to 1e-12. -std=c99 turns fusing off in gcc, -std=gnu99",
-        "does not where the processor can fuse.",
+        "-std=c99 turns fusing off in gcc, -std=gnu99 does not where the processor can fuse. The forward kinematics",
+        "is written anew and agrees to 1e-12.",
         "",
         "Numbers of the machine stand in the code: another machine is another export.",
     ]
