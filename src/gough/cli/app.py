@@ -326,6 +326,9 @@ def export(
         str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
     ] = "default",
     timestep: Annotated[str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')] = None,
+    theta: Annotated[
+        str, typer.Option("--theta", help="c: the machine's numbers, constant in the code or an argument.")
+    ] = "constant",
     name: Annotated[
         str | None, typer.Option("--name", help="c: what functions begin with.  [default: machine]")
     ] = None,
@@ -338,7 +341,7 @@ def export(
     def work(outcome: Outcome) -> None:
         from .export import export_file
 
-        export_file(what, target, loops, timestep, name, out, force, outcome)
+        export_file(what, target, loops, timestep, name, theta, out, force, outcome)
 
     return finish("export", work, json, debug)
 
