@@ -152,5 +152,5 @@ def test_a_law_in_plain_python_is_refused():
         def step(self, state, r, y, theta):
             return None
 
-    with pytest.raises(ExperimentError, match=r"a law whose step is plain Python cannot be exported, got 'Own'"):
+    with pytest.raises(ExperimentError, match=r"a law whose step is plain Python cannot be exported, got Own;"):
         law_stepped("m_own", Own(period=1e-3), None, None)
