@@ -3,6 +3,7 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
+    gough view RESULT    the machine moving along a run, in the browser
     gough monitor LOG    the force on the tool out of a recorded log
     gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
@@ -128,6 +129,31 @@ def report(
         report_logs(logs, out, force, quiet or json, outcome)
 
     return finish("report", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def view(
+    result: Annotated[list[Path], typer.Argument(help="Results folders, or logs (.nc) in them.")],
+    export: Annotated[
+        Path | None, typer.Option("--export", help="Write a page that plays from disk instead, e.g. scene.html.")
+    ] = None,
+    magnify: Annotated[
+        float | None, typer.Option("--magnify", help="How many times as large deviations are drawn.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of 127.0.0.1; 0 is any.")] = 8080,
+    browse: Annotated[bool, typer.Option("--open", help="Open the browser.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the page.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """The machine moving along a run, in the browser."""
+
+    def work(outcome: Outcome) -> None:
+        from .view import view_files
+
+        view_files(result, export, magnify, port, browse, force, outcome)
+
+    return finish("view", work, json, debug)
 
 
 @app.command(rich_help_panel="Logs")
