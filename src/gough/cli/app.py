@@ -33,7 +33,6 @@ app = typer.Typer(
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
     epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -326,15 +325,19 @@ def show(
         str,
         typer.Argument(help="A machine or NC program (.ngc), by name or file; or an experiment.", metavar="NAME|FILE"),
     ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the drawing of a machine as PNG into this file instead.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Show a machine: every number with its unit, meaning and source.  Or a program: every move it comes to."""
+    """Show a machine: its drawing, every number with its unit, meaning and source.  Or a program: all its moves."""
 
     def work(outcome: Outcome) -> None:
         from .show import show_anything
 
-        show_anything(what, outcome)
+        show_anything(what, outcome, out, force)
 
     return finish("show", work, json, debug)
 
@@ -363,8 +366,29 @@ def export(
 
 
 @app.command(rich_help_panel="Machines")
+def explain(
+    code: Annotated[
+        str | None, typer.Argument(help="The code of an error, as --json gives it; all where left out.", metavar="CODE")
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """What an error means, why it comes, and what to do."""
+
+    def work(outcome: Outcome) -> None:
+        from .explain import explain as tell_of
+
+        tell_of(code, outcome)
+
+    return finish("explain", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
 def new(
-    what: Annotated[str, typer.Argument(help="machine, experiment or map.", metavar="machine|experiment|map")],
+    what: Annotated[
+        str,
+        typer.Argument(help="machine, controller, experiment or map.", metavar="machine|controller|experiment|map"),
+    ],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
