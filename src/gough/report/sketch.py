@@ -10,7 +10,7 @@ from . import style
 
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # of a Braille sign, by row and column
 BLANK = 0x2800
-VIEWS = (("front", 0, 2), ("side", 1, 2), ("top", 0, 1))  # by the axes to the right and up
+VIEWS = (("along y", 0, 2), ("along x", 1, 2), ("along z", 0, 1))  # by the axes to the right and up
 
 
 def oblique(points: np.ndarray, up: int = 2) -> np.ndarray:
@@ -44,7 +44,7 @@ def sketch(machine: Any, columns: int = 64, rows: int = 22) -> str:
 
 
 def machine_figure(machine: Any) -> Any:
-    """Front, side, top and an oblique view of the machine at home, with its joints' names; a matplotlib figure."""
+    """The machine at home along the axes of W and obliquely, with the numbers of its joints; a matplotlib figure."""
     grid = style.new_grid(2, 2, (9, 7.5), shared=False)
     parts = machine.drawing(machine.home)
     for (title, i, j), ax in zip((*VIEWS, ("oblique", -1, -1)), [ax for row in grid for ax in row], strict=True):
@@ -59,7 +59,7 @@ def machine_figure(machine: Any) -> Any:
             ax.plot(*shown.T, color=colour, linewidth=1.4, zorder=k)
         ax.set_aspect("equal", adjustable="datalim")
         names = ("", "") if i < 0 else (f"{'xyz'[i]} [m]", f"{'xyz'[j]} [m]")
-        style.label(ax, f"{machine.name}, {title}" if title == "front" else title, *names)
+        style.label(ax, f"{machine.name}, {title}" if title == "along y" else title, *names)
     return grid[0][0].figure
 
 
