@@ -1,0 +1,217 @@
+"""Maps of plan/maps.py as figures: a line over one coordinate, an image over two, slices of an image over more."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ..plan.findings import findings, place_text
+from ..plan.quantities import SHOWN, WORST
+from . import style
+
+_SLICES = 6  # panels at most
+# name: (unit for the eye, factor from SI)
+_EYE = {"N": ("kN", 1e-3), "N/m": ("N/um", 1e-6), "m": ("um", 1e6), "rad/s": ("deg/s", 180 / np.pi),
+        "rad/s2": ("deg/s2", 180 / np.pi)}  # fmt: skip
+_AXIS = {"m": ("mm", 1e3), "rad": ("deg", 180 / np.pi)}
+
+
+def map_figure(dataset, name: str) -> Any:
+    """The figure of a map named as in QUANTITIES ("dexterity"), of a dataset that holds it.  A matplotlib Figure.
+
+    The worst pose is a circle, the edge of the declared workspace a line, and where the machine cannot stand it is grey;
+    the map of the workspace shows what is left of the nearest limit, negative beyond it, and the limits' names.
+    """
+    if name == "workspace":
+        return _workspace(dataset)
+    shown = SHOWN[name] if SHOWN[name] in dataset else "holding"
+    return _panels(dataset, shown)
+
+
+def _panels(dataset, shown: str) -> Any:
+    unit, factor = _EYE.get(dataset[shown].attrs["units"], (dataset[shown].attrs["units"], 1.0))
+    values = factor * dataset[shown].values
+    label = _label(dataset[shown].attrs["long_name"], unit)
+    title = f"{_machine(dataset)}: {_worst(dataset, shown, unit, factor)}"
+    if values.ndim == 1:
+        return _line(dataset, values, label, title)
+    slices = _slices(dataset, values)
+    panels = _grid_of(dataset, len(slices))
+    ends = [np.nanmin(values), np.nanmax(values)]
+    if ends[1] - ends[0] < 1e-6 * abs(ends[1]):  # the same everywhere: rounding is no picture
+        ends = [ends[0] - 0.05 * abs(ends[0]) - 1e-12, ends[1] + 0.05 * abs(ends[1]) + 1e-12]
+    place = findings(dataset)["worst"].get(shown)
+    image = None
+    for ax, (told, index) in zip(panels, slices, strict=False):
+        image = _image(ax, dataset, values[index], vmin=ends[0], vmax=ends[1], cmap="cividis")
+        _edge(ax, dataset, index)
+        if place is not None:
+            _mark(ax, dataset, index, place["pose"])
+        _name(ax, dataset, told)
+    _finish(panels, image, label, title)
+    return panels[0].figure
+
+
+def _workspace(dataset) -> Any:
+    """What is left of the nearest limit, and which one it is."""
+    values = dataset["reserve"].values
+    reached = findings(dataset)["reached"]
+    told = "" if reached is None else f": {100 * reached:.4g} % of the declared workspace is reached"
+    title = f"{_machine(dataset)}{told}"
+    label = dataset["reserve"].attrs["long_name"].partition(";")[0]
+    if values.ndim == 1:
+        return _line(dataset, values, label, title)
+    slices = _slices(dataset, values)[:3]
+    panels = _grid_of(dataset, 2 * len(slices), columns=2)
+    span = max(1e-9, float(np.nanmax(np.abs(np.where(values > -1, values, np.nan)))))
+    sorts, groups = _sorts(dataset)
+    image = None
+    for k, (slice_told, index) in enumerate(slices):
+        left, right = panels[2 * k : 2 * k + 2]
+        image = _image(left, dataset, values[index], vmin=-span, vmax=span, cmap="RdYlBu")
+        x, y, _ = _xy(dataset, values[index])
+        some = np.nan_to_num(values[index], nan=-1.0)
+        if (some >= 0).any() and (some < 0).any():
+            left.contour(x, y, some.T, levels=[0.0], colors=[style.INK], linewidths=1.4)
+        _edge(left, dataset, index)
+        _edge(right, dataset, index)
+        numbers = np.array([np.nan, *groups])[dataset["limit"].values[index] + 1]
+        _image(right, dataset, numbers, vmin=-0.5, vmax=len(style.COLOURS) - 0.5, cmap=_colours())
+        _name(left, dataset, slice_told)
+        _name(right, dataset, slice_told)
+    _legend(panels[1], sorts, set(np.unique(dataset["limit"].values)), groups)
+    _finish(panels[0::2], image, label, title)
+    return panels[0].figure
+
+
+def _sorts(dataset) -> tuple[list[str], list[int]]:
+    """Sorts of limits in their order ("too long"), and the number of the sort of each limit, colours repeating."""
+    names = [name.rpartition(": ")[2] if not name.startswith("near") else name
+             for name in dataset["limit"].attrs["flags"].split("; ")]  # fmt: skip
+    sorts = list(dict.fromkeys(names))
+    return sorts, [sorts.index(name) % len(style.COLOURS) for name in names]
+
+
+def _colours() -> Any:
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(style.COLOURS)
+
+
+def _legend(ax, sorts, there, groups) -> None:
+    from matplotlib.patches import Patch
+
+    names = dict.fromkeys(
+        sort for number in sorted(there - {-1}) for sort, k in zip(sorts, range(len(sorts)), strict=True)
+        if _sort_of(number, sorts, groups) == k
+    )  # fmt: skip
+    handles = [Patch(color=style.COLOURS[sorts.index(sort) % len(style.COLOURS)], label=sort) for sort in names]
+    style.legend(ax, handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="nearest limit")
+
+
+def _sort_of(number: int, sorts, groups) -> int:
+    return groups[number]
+
+
+def _line(dataset, values, label: str, title: str) -> Any:
+    ax = style.new_axes((6.4, 3.6))
+    axis = dataset.dims and next(iter(dataset["inside"].dims))
+    unit, factor = _AXIS[dataset[axis].attrs["units"]]
+    ax.plot(factor * dataset[axis].values, values)
+    style.label(ax, title, f"{axis} [{unit}]", label)
+    return ax.figure
+
+
+def _slices(dataset, values) -> list[tuple[str, tuple]]:
+    """(what it is, index) of the slices over the first two dimensions: all of one more, some of many."""
+    dims = dataset["inside"].dims
+    if len(dims) == 2:
+        return [("", (slice(None), slice(None)))]
+    shape = values.shape[2:]
+    places = list(np.ndindex(shape))
+    places = [places[i] for i in np.unique(np.linspace(0, len(places) - 1, _SLICES).round().astype(int))]
+    out = []
+    for place in places:
+        told = []
+        for dim, i in zip(dims[2:], place, strict=True):
+            unit, factor = _AXIS[dataset[dim].attrs["units"]]
+            told.append(f"{dim} {factor * float(dataset[dim].values[i]):.4g} {unit}")
+        out.append((", ".join(told), (slice(None), slice(None), *place)))
+    return out
+
+
+def _grid_of(dataset, count: int, columns: int = 3) -> list[Any]:
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    grid = style.new_grid(rows, columns, (1.6 + 4.0 * columns, 0.7 + 3.7 * rows))
+    panels = [ax for row in grid for ax in row]
+    for ax in panels[count:]:
+        ax.set_visible(False)
+    return panels[:count]
+
+
+def _xy(dataset, values):
+    """Edges and values for pcolormesh: the first dimension across."""
+    first, second = dataset["inside"].dims[:2]
+    x, y = (_AXIS[dataset[dim].attrs["units"]][1] * dataset[dim].values for dim in (first, second))
+    return x, y, values
+
+
+def _image(ax, dataset, values, **look) -> Any:
+    x, y, _ = _xy(dataset, values)
+    ax.set_facecolor("#d9dde1")
+    ax.grid(False)
+    units = {dataset[dim].attrs["units"] for dim in dataset["inside"].dims[:2]}
+    if len(units) == 1:
+        ax.set_aspect("equal")
+    return ax.pcolormesh(x, y, np.ma.masked_invalid(values.T), shading="nearest", rasterized=True, **look)
+
+
+def _edge(ax, dataset, index) -> None:
+    """The edge of the declared workspace."""
+    if "declared" not in dataset:
+        return
+    declared = dataset["declared"].values[index]
+    if declared.any() and not declared.all():
+        x, y, _ = _xy(dataset, declared)
+        ax.contour(x, y, declared.T.astype(float), levels=[0.5], colors=["white"], linewidths=1.2, linestyles="--")
+
+
+def _mark(ax, dataset, index, pose) -> None:
+    dims = dataset["inside"].dims
+    for dim, i in zip(dims[2:], index[2:], strict=True):
+        if float(dataset[dim].values[i]) != pose[dim]:
+            return
+    x, y = (_AXIS[dataset[dim].attrs["units"]][1] * pose[dim] for dim in dims[:2])
+    ax.plot(x, y, "o", markersize=6, markerfacecolor="none", markeredgecolor="#D55E00", markeredgewidth=1.6)
+
+
+def _name(ax, dataset, told: str) -> None:
+    first, second = dataset["inside"].dims[:2]
+    style.label(ax, told, *(f"{dim} [{_AXIS[dataset[dim].attrs['units']][0]}]" for dim in (first, second)))
+
+
+def _finish(panels, image, label: str, title: str) -> None:
+    figure = panels[0].figure
+    figure.colorbar(image, ax=panels, label=label)
+    figure.suptitle(style.verbatim(title), x=0.01, ha="left", fontsize=11, weight="bold", color=style.INK)
+
+
+def _machine(dataset) -> str:
+    told = json.loads(dataset.attrs["gough"])
+    fixed = place_text({name: value for name, value in told["fixed"].items()})
+    return told["machine"]["name"] + (f" at {fixed}" if fixed.strip(" m") else "")
+
+
+def _label(meaning: str, unit: str) -> str:
+    return f"{meaning} [{unit}]" if unit != "1" else meaning
+
+
+def _worst(dataset, shown: str, unit: str, factor: float) -> str:
+    row = findings(dataset)["worst"].get(shown)
+    if row is None:
+        return "nowhere"
+    word = "least" if WORST[shown] is min else "greatest"
+    return f"{word} {factor * row['value']:.4g}{'' if unit == '1' else ' ' + unit} (o)"
