@@ -70,7 +70,7 @@ def _assigned(option: str, text: str, units: dict[str, str]) -> tuple[str, float
         first = next(iter(units))
         raise ExperimentError("is NAME=VALUE", key=option, value=repr(text)[:60], cure=f'write "{first}=50 mm"')
     if name not in units:
-        cure = f"{did_you_mean(name, units)} there is {', '.join(units)}"
+        cure = did_you_mean(name, units)
         raise ExperimentError("the machine has no such coordinate", key=option, value=repr(name)[:60], cure=cure)
     try:
         return name, to_si(value, units[name])

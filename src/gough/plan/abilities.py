@@ -32,6 +32,7 @@ from ..declare import Shape
 from ..kernel.building import BUILDING
 from ..kernel.rows import Rows, compile_rows
 from ..machine.drives import force_limit
+from ..machine.workspace import workspace_of
 from ..mechanics.linear import solve_square_transposed
 from ..mechanics.singular_values import extremes, singular_values
 
@@ -49,9 +50,9 @@ def platform_length(machine) -> float:
 
 
 def rows_of(name: str, machine) -> Rows:
-    """The row function `name` of a machine: "margins", "dexterity", "feed", "acceleration" or "force"; see `_WRITTEN`.
+    """The row function `name` of a machine: "bounds", "dexterity", "feed", "acceleration" or "force"; see `_WRITTEN`.
 
-    It takes theta, poses (N, d) and, where eq. (2) asks for it, L.
+    It takes theta, poses (N, d), L of eq. (2) and a wrench (6,) on the tool.
     """
     return _compiled(name, Shape(machine))
 
@@ -61,8 +62,15 @@ def _compiled(name: str, shape: Shape) -> Rows:
     with BUILDING:
         m = shape.part
         p, theta = m.symbols
-        x, L = ca.SX.sym("x", len(m.task)), ca.SX.sym("L")
-        return compile_rows(ca.Function(name, [theta, x, L], [ca.densify(y) for y in _WRITTEN[name](m, p, x, L)]))
+        x, L, w = ca.SX.sym("x", len(m.task)), ca.SX.sym("L"), ca.SX.sym("w", 6)
+        out = _WRITTEN[name](m, p, x, L, w)
+        return compile_rows(ca.Function(name, [theta, x, L, w], [ca.densify(y) for y in out]))
+
+
+def evaluated(name: str, machine, x, wrench=None) -> list[np.ndarray]:
+    """The outputs of a row function at poses x (N, d)."""
+    w = np.zeros(6) if wrench is None else wrench
+    return rows_of(name, machine)(machine.theta, x, platform_length(machine), w)
 
 
 def singular_values_of(m, p, z, L):
@@ -73,15 +81,24 @@ def singular_values_of(m, p, z, L):
     return singular_values(J)
 
 
-def _margins(m, p, x, L):
-    """`machine.margins`, and the declared workspace where there is one."""
-    from ..machine.workspace import workspace_of
-
+def _bounds(m, p, x, L, w):
+    """`machine.margins` and, of more than one coordinate, min s / max s of eq. (2); the declared workspace's."""
     z = m.coordinates_of(p, x)
-    return [m.margins(p, z)[1], workspace_of(m, p, z)]
+    limits = [m.margins(p, z)[1]]
+    if len(m.task) > 1:
+        s = singular_values_of(m, p, z, L)
+        limits.append(ca.mmin(s) / ca.mmax(s) - 1 / p.limits.condition)
+    return [ca.vertcat(*limits), workspace_of(m, p, z)]
 
 
-def _dexterity(m, p, x, L):
+def _standing(m, p, x, L, w):
+    """Forces of the drives at rest under a wrench on the tool.  (n,)."""
+    z = m.coordinates_of(p, x)
+    _, J, h = held(m, p, z)
+    return [solve_square_transposed(J, h - m.wrench_of(p, z, w))]
+
+
+def _dexterity(m, p, x, L, w):
     """Least and greatest singular value."""
     s = singular_values_of(m, p, m.coordinates_of(p, x), L)
     return [ca.vertcat(ca.mmin(s), ca.mmax(s))]
@@ -99,7 +116,7 @@ def held(m, p, z):
     return pi, m.jacobian_of(p, z), m.inverse_force(p, pi, z, *[ca.SX(len(m.velocities), 1)] * 2)
 
 
-def _feed(m, p, x, L):
+def _feed(m, p, x, L, w):
     """By sort and joint of eq. (4): the feed by speed 1, by acceleration 1, and what forces need: u_0, eig C."""
     z, d = m.coordinates_of(p, x), len(m.task)
     pi, J, h = held(m, p, z)
@@ -155,7 +172,7 @@ def _ends(Q):
     return (Q[0, 0], Q[0, 0]) if Q.shape[0] == 1 else extremes(Q)
 
 
-def _acceleration(m, p, x, L):
+def _acceleration(m, p, x, L, w):
     """By sort and joint of eq. (5): |J_i|, u_0 and |G_i|."""
     z, d = m.coordinates_of(p, x), len(m.task)
     pi, J, h = held(m, p, z)
@@ -171,18 +188,17 @@ def _acceleration(m, p, x, L):
     return [ca.vertcat(*out)]
 
 
-def _force(m, p, x, L):
+def _force(m, p, x, L, w):
     """By joint of eq. (6): u_0 and |K_i|."""
     z = m.coordinates_of(p, x)
     _, J, h = held(m, p, z)
-    w = ca.SX.sym("w", 6)
     pushed = ca.jacobian(m.wrench_of(p, z, w), w)[:, :3]
     u = solve_square_transposed(J, ca.horzcat(h, pushed))
     return [ca.vertcat(*[ca.vertcat(u[i, 0], ca.norm_2(u[i, 1:].T)) for i in range(m.joints_count)])]
 
 
 _WRITTEN = {
-    "margins": _margins, "dexterity": _dexterity, "feed": _feed, "acceleration": _acceleration, "force": _force,
+    "bounds": _bounds, "standing": _standing, "dexterity": _dexterity, "feed": _feed, "acceleration": _acceleration, "force": _force,
 }  # fmt: skip
 
 
@@ -194,7 +210,7 @@ def feeds(machine, x) -> tuple[np.ndarray, np.ndarray]:
 
     (N, sorts, 3, n) m/s or rad/s, inf where a machine has no such limit; u_0 (N, n) N.
     """
-    found = rows_of("feed", machine)(machine.theta, x, platform_length(machine))[0]
+    found = evaluated("feed", machine, x)[0]
     n = machine.joints_count
     gain, bend, u, low, high = np.moveaxis(found.reshape(len(found), -1, n, 5), -1, 0)
     S, A, F = limits_of(machine)
@@ -212,7 +228,7 @@ def _root(room, rate):
 
 def accelerations(machine, x) -> np.ndarray:
     """r of eq. (5) at poses x (N, d), as `feeds`, by what limits (acceleration, force): (N, sorts, 2, n)."""
-    found = rows_of("acceleration", machine)(machine.theta, x, platform_length(machine))[0]
+    found = evaluated("acceleration", machine, x)[0]
     gain, u, G = np.moveaxis(found.reshape(len(found), -1, machine.joints_count, 3), -1, 0)
     _, A, F = limits_of(machine)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -221,7 +237,7 @@ def accelerations(machine, x) -> np.ndarray:
 
 def forces(machine, x) -> tuple[np.ndarray, np.ndarray]:
     """u_0 (N, n) N and r of eq. (6) by joint (N, n) N at poses x (N, d)."""
-    found = rows_of("force", machine)(machine.theta, x, platform_length(machine))[0]
+    found = evaluated("force", machine, x)[0]
     u, K = np.moveaxis(found.reshape(len(found), machine.joints_count, 2), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return u, np.maximum(limits_of(machine)[2] - np.abs(u), 0) / K

@@ -96,7 +96,7 @@ def grid_of(
     for key, given in (("over", runs), ("at", at)):
         for name in given:
             if name not in names:
-                told = f"{did_you_mean(str(name), names)} {machine.name} has {', '.join(names)}"
+                told = did_you_mean(str(name), names)
                 raise ExperimentError("the machine has no such coordinate", key=key, value=brief(name), cure=told)
     both = [name for name in runs if name in at]
     if both:

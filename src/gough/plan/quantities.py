@@ -22,10 +22,11 @@ QUANTITIES = {
     "stiffness": "stiffness at the tool, first natural frequency and sag, of the sheet's [[compliance]]",
 }
 
-_TOLD = {
+# name of a variable: (unit, meaning)
+TOLD = {
     "inside": ("1", "within all limits of the machine"),
     "declared": ("1", "in the declared workspace"),
-    "reserve": ("1", "least margin of a limit, by the greatest at home of its sort; 0 at the limit"),
+    "reserve": ("1", "what is left of the nearest limit, as a share; 0 at the limit, negative beyond it"),
     "limit": ("1", "the limit whose margin that is; -1: no joint coordinates have the pose"),
     "condition": ("1", "condition number of J, rotations times the platform's radius"),
     "singular_least": ("1", "least singular value of that J: joint speed by tool speed"),
@@ -49,23 +50,10 @@ _TOLD = {
 Maker = Callable[[np.ndarray, np.ndarray], dict[str, np.ndarray]]
 
 
-class Quantities:
-    """Units, meanings and names of what limits, for one machine."""
-
-    def __init__(self, machine):
-        self.machine = machine
-
-    @staticmethod
-    def told(name: str) -> tuple[str, str]:
-        """Unit and meaning of a variable."""
-        return _TOLD[name]
-
-    def limits(self, name: str) -> tuple[str, ...]:
-        """What the entries of `<name>_limit` count: joint by joint, for each thing that limits."""
-        kinds = {"feed": ("speed", "acceleration", "force"), "acceleration": ("acceleration", "force")}
-        return tuple(
-            f"{joint}: {kind}" for kind in kinds.get(name, ("force",)) for joint in self.machine.joint_names
-        )
+def limits_of(machine, name: str) -> tuple[str, ...]:
+    """What the entries of `<name>_limit` count: joint by joint, for each thing that limits."""
+    kinds = {"feed": ("speed", "acceleration", "force"), "acceleration": ("acceleration", "force")}
+    return tuple(f"{joint}: {kind}" for kind in kinds.get(name, ("force",)) for joint in machine.joint_names)
 
 
 # the number of each that is worst: least, or greatest
@@ -131,7 +119,7 @@ def _workspace(machine) -> Maker:
 
 def _dexterity(machine) -> Maker:
     def make(x, inside):
-        s = abilities.rows_of("dexterity", machine)(machine.theta, x, abilities.platform_length(machine))[0]
+        s = abilities.evaluated("dexterity", machine, x)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             number = s[:, 1] / s[:, 0]
         names = ("condition", "singular_least", "singular_greatest")

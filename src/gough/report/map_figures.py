@@ -11,7 +11,6 @@ from ..plan.findings import findings, place_text
 from ..plan.quantities import SHOWN, WORST
 from . import style
 
-_SLICES = 6  # panels at most
 # name: (unit for the eye, factor from SI)
 _EYE = {"N": ("kN", 1e-3), "N/m": ("N/um", 1e-6), "m": ("um", 1e6), "rad/s": ("deg/s", 180 / np.pi),
         "rad/s2": ("deg/s2", 180 / np.pi)}  # fmt: skip
@@ -60,17 +59,19 @@ def _workspace(dataset) -> Any:
     reached = findings(dataset)["reached"]
     told = "" if reached is None else f": {100 * reached:.4g} % of the declared workspace is reached"
     title = f"{_machine(dataset)}{told}"
-    label = dataset["reserve"].attrs["long_name"].partition(";")[0]
+    label = dataset["reserve"].attrs["long_name"].partition(",")[0]
     if values.ndim == 1:
         return _line(dataset, values, label, title)
-    slices = _slices(dataset, values)[:3]
+    slices = _slices(dataset, values, 3)
     panels = _grid_of(dataset, 2 * len(slices), columns=2)
-    span = max(1e-9, float(np.nanmax(np.abs(np.where(values > -1, values, np.nan)))))
+    top, beyond = max(1e-9, float(np.nanmax(values))), float(np.nanmin(values)) < 0
+    # beyond a limit in another colour, as deep as the middle is high
+    look = {"vmin": -top, "vmax": top, "cmap": "RdYlBu"} if beyond else {"vmin": 0, "vmax": top, "cmap": "cividis"}
     sorts, groups = _sorts(dataset)
     image = None
     for k, (slice_told, index) in enumerate(slices):
         left, right = panels[2 * k : 2 * k + 2]
-        image = _image(left, dataset, values[index], vmin=-span, vmax=span, cmap="RdYlBu")
+        image = _image(left, dataset, values[index], **look)
         x, y, _ = _xy(dataset, values[index])
         some = np.nan_to_num(values[index], nan=-1.0)
         if (some >= 0).any() and (some < 0).any():
@@ -81,17 +82,20 @@ def _workspace(dataset) -> Any:
         _image(right, dataset, numbers, vmin=-0.5, vmax=len(style.COLOURS) - 0.5, cmap=_colours())
         _name(left, dataset, slice_told)
         _name(right, dataset, slice_told)
-    _legend(panels[1], sorts, set(np.unique(dataset["limit"].values)), groups)
+    _legend(panels[1], dataset, sorts)
     _finish(panels[0::2], image, label, title)
     return panels[0].figure
 
 
 def _sorts(dataset) -> tuple[list[str], list[int]]:
-    """Sorts of limits in their order ("too long"), and the number of the sort of each limit, colours repeating."""
-    names = [name.rpartition(": ")[2] if not name.startswith("near") else name
-             for name in dataset["limit"].attrs["flags"].split("; ")]  # fmt: skip
+    """Sorts of limits in their order ("too long"), and the colour of the sort of each limit."""
+    names = [_sort(name) for name in dataset["limit"].attrs["flags"].split("; ")]
     sorts = list(dict.fromkeys(names))
     return sorts, [sorts.index(name) % len(style.COLOURS) for name in names]
+
+
+def _sort(name: str) -> str:
+    return name if name.startswith("near") else name.rpartition(": ")[2]
 
 
 def _colours() -> Any:
@@ -100,38 +104,35 @@ def _colours() -> Any:
     return ListedColormap(style.COLOURS)
 
 
-def _legend(ax, sorts, there, groups) -> None:
+def _legend(ax, dataset, sorts) -> None:
+    """The sorts of limits that are the nearest somewhere on the map."""
     from matplotlib.patches import Patch
 
-    names = dict.fromkeys(
-        sort for number in sorted(there - {-1}) for sort, k in zip(sorts, range(len(sorts)), strict=True)
-        if _sort_of(number, sorts, groups) == k
-    )  # fmt: skip
-    handles = [Patch(color=style.COLOURS[sorts.index(sort) % len(style.COLOURS)], label=sort) for sort in names]
+    names = dataset["limit"].attrs["flags"].split("; ")
+    there = {_sort(names[int(number)]) for number in np.unique(dataset["limit"].values) if number >= 0}
+    handles = [
+        Patch(color=style.COLOURS[k % len(style.COLOURS)], label=sort.replace(": ", ":\n"))
+        for k, sort in enumerate(sorts) if sort in there
+    ]  # fmt: skip
     style.legend(ax, handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="nearest limit")
 
 
-def _sort_of(number: int, sorts, groups) -> int:
-    return groups[number]
-
-
 def _line(dataset, values, label: str, title: str) -> Any:
-    ax = style.new_axes((6.4, 3.6))
-    axis = dataset.dims and next(iter(dataset["inside"].dims))
+    ax, axis = style.new_axes((6.4, 3.6)), dataset["inside"].dims[0]
     unit, factor = _AXIS[dataset[axis].attrs["units"]]
     ax.plot(factor * dataset[axis].values, values)
     style.label(ax, title, f"{axis} [{unit}]", label)
     return ax.figure
 
 
-def _slices(dataset, values) -> list[tuple[str, tuple]]:
+def _slices(dataset, values, most: int = 6) -> list[tuple[str, tuple]]:
     """(what it is, index) of the slices over the first two dimensions: all of one more, some of many."""
     dims = dataset["inside"].dims
     if len(dims) == 2:
         return [("", (slice(None), slice(None)))]
     shape = values.shape[2:]
     places = list(np.ndindex(shape))
-    places = [places[i] for i in np.unique(np.linspace(0, len(places) - 1, _SLICES).round().astype(int))]
+    places = [places[i] for i in np.unique(np.linspace(0, len(places) - 1, most).round().astype(int))]
     out = []
     for place in places:
         told = []
@@ -176,7 +177,8 @@ def _edge(ax, dataset, index) -> None:
     declared = dataset["declared"].values[index]
     if declared.any() and not declared.all():
         x, y, _ = _xy(dataset, declared)
-        ax.contour(x, y, declared.T.astype(float), levels=[0.5], colors=["white"], linewidths=1.2, linestyles="--")
+        for colour, width, line in ((style.INK, 2.2, "-"), ("white", 1.0, "--")):  # seen on dark and on pale
+            ax.contour(x, y, declared.T.astype(float), levels=[0.5], colors=[colour], linewidths=width, linestyles=line)
 
 
 def _mark(ax, dataset, index, pose) -> None:
