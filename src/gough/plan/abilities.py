@@ -67,10 +67,19 @@ def _compiled(name: str, shape: Shape) -> Rows:
         return compile_rows(ca.Function(name, [theta, x, L, w], [ca.densify(y) for y in out]))
 
 
-def evaluated(name: str, machine, x, wrench=None) -> list[np.ndarray]:
-    """The outputs of a row function at poses x (N, d)."""
-    w = np.zeros(6) if wrench is None else wrench
-    return rows_of(name, machine)(machine.theta, x, platform_length(machine), w)
+class Evaluated:
+    """A row function of one machine, called with poses (N, d) and a wrench."""
+
+    def __init__(self, name: str, machine, wrench=None):
+        self._rows, self._theta = rows_of(name, machine), machine.theta
+        self._length = np.array([platform_length(machine)])
+        self._wrench = np.zeros(6) if wrench is None else wrench
+
+    def __call__(self, x) -> list[np.ndarray]:
+        """The outputs, (N, k) each."""
+        short = -len(x) % self._rows.lanes  # what does not fill the lanes would be a call of its own
+        full = np.concatenate([x, np.broadcast_to(x[-1:], (short, x.shape[1]))]) if short else x
+        return [y[: len(x)] for y in self._rows(self._theta, full, self._length, self._wrench)]
 
 
 def singular_values_of(m, p, z, L):
@@ -82,20 +91,15 @@ def singular_values_of(m, p, z, L):
 
 
 def _bounds(m, p, x, L, w):
-    """`machine.margins` and, of more than one coordinate, min s / max s of eq. (2); the declared workspace's."""
+    """`machine.margins` and, of more than one coordinate, min s / max s of eq. (2); the declared workspace's; the drives'
+    forces at rest under a wrench w (n,)."""
     z = m.coordinates_of(p, x)
     limits = [m.margins(p, z)[1]]
     if len(m.task) > 1:
         s = singular_values_of(m, p, z, L)
         limits.append(ca.mmin(s) / ca.mmax(s) - 1 / p.limits.condition)
-    return [ca.vertcat(*limits), workspace_of(m, p, z)]
-
-
-def _standing(m, p, x, L, w):
-    """Forces of the drives at rest under a wrench on the tool.  (n,)."""
-    z = m.coordinates_of(p, x)
     _, J, h = held(m, p, z)
-    return [solve_square_transposed(J, h - m.wrench_of(p, z, w))]
+    return [ca.vertcat(*limits), workspace_of(m, p, z), solve_square_transposed(J, h - m.wrench_of(p, z, w))]
 
 
 def _dexterity(m, p, x, L, w):
@@ -198,7 +202,7 @@ def _force(m, p, x, L, w):
 
 
 _WRITTEN = {
-    "bounds": _bounds, "standing": _standing, "dexterity": _dexterity, "feed": _feed, "acceleration": _acceleration, "force": _force,
+    "bounds": _bounds, "dexterity": _dexterity, "feed": _feed, "acceleration": _acceleration, "force": _force,
 }  # fmt: skip
 
 
@@ -210,7 +214,7 @@ def feeds(machine, x) -> tuple[np.ndarray, np.ndarray]:
 
     (N, sorts, 3, n) m/s or rad/s, inf where a machine has no such limit; u_0 (N, n) N.
     """
-    found = evaluated("feed", machine, x)[0]
+    found = Evaluated("feed", machine)(x)[0]
     n = machine.joints_count
     gain, bend, u, low, high = np.moveaxis(found.reshape(len(found), -1, n, 5), -1, 0)
     S, A, F = limits_of(machine)
@@ -228,7 +232,7 @@ def _root(room, rate):
 
 def accelerations(machine, x) -> np.ndarray:
     """r of eq. (5) at poses x (N, d), as `feeds`, by what limits (acceleration, force): (N, sorts, 2, n)."""
-    found = evaluated("acceleration", machine, x)[0]
+    found = Evaluated("acceleration", machine)(x)[0]
     gain, u, G = np.moveaxis(found.reshape(len(found), -1, machine.joints_count, 3), -1, 0)
     _, A, F = limits_of(machine)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -237,7 +241,7 @@ def accelerations(machine, x) -> np.ndarray:
 
 def forces(machine, x) -> tuple[np.ndarray, np.ndarray]:
     """u_0 (N, n) N and r of eq. (6) by joint (N, n) N at poses x (N, d)."""
-    found = evaluated("force", machine, x)[0]
+    found = Evaluated("force", machine)(x)[0]
     u, K = np.moveaxis(found.reshape(len(found), machine.joints_count, 2), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return u, np.maximum(limits_of(machine)[2] - np.abs(u), 0) / K

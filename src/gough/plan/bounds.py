@@ -23,7 +23,7 @@ class Bounds:
     `workspace` the declared one."""
 
     def __init__(self, machine, force: bool = False, workspace: bool = False, wrench=None):
-        self.machine, self.wrench = machine, wrench
+        self.machine, self._margins = machine, abilities.Evaluated("bounds", machine, wrench)
         limit = abilities.limits_of(machine)[2]
         self.limit = limit if force and np.isfinite(limit) else None
         self.workspace = workspace and machine.limits.workspace is not None
@@ -39,10 +39,10 @@ class Bounds:
 
     def of(self, x) -> tuple[np.ndarray, np.ndarray]:
         """Margins of poses (N, d), columns as `names`, and those of the declared workspace (empty without one)."""
-        limits, space = abilities.evaluated("bounds", self.machine, x)
+        limits, space, u = self._margins(x)
         more = []
         if self.limit is not None:
-            more.append(self.limit - np.abs(abilities.evaluated("standing", self.machine, x, self.wrench)[0]))
+            more.append(self.limit - np.abs(u))
         if self.workspace:
             more.append(space)
         return (np.concatenate([limits, *more], 1) if more else limits), space

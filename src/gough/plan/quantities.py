@@ -119,7 +119,7 @@ def _workspace(machine) -> Maker:
 
 def _dexterity(machine) -> Maker:
     def make(x, inside):
-        s = abilities.evaluated("dexterity", machine, x)[0]
+        s = abilities.Evaluated("dexterity", machine)(x)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             number = s[:, 1] / s[:, 0]
         names = ("condition", "singular_least", "singular_greatest")
