@@ -47,6 +47,7 @@ _PUBLIC = {
     "report": "report",
     "monitor": "monitor",
     "export": "export",
+    "envelope": "plan.envelope",
     "load_experiment": "experiment",
     "GoughError": "errors",
     "InputError": "errors",

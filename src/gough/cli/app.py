@@ -351,6 +351,36 @@ def map_(
 
 
 @app.command(rich_help_panel="Machines")
+def envelope(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", help='The pose, as "x=50 mm,z=-20 mm,a=5 deg"; what is not said is as at home.'),
+    ] = None,
+    wrench: Annotated[
+        str | None, typer.Option("--wrench", help='On the tool, in W, as "0 N,0 N,-500 N"; the drives hold it, too.')
+    ] = None,
+    workspace: Annotated[
+        bool, typer.Option("--workspace", help="The declared workspace is a limit, too.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="A file for the figure: .png, .svg or .pdf.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """How far from a pose, along each coordinate and in every direction, and what ends it."""
+
+    def work(outcome: Outcome) -> None:
+        from .envelope import envelope_of
+
+        envelope_of(machine, at or (), wrench, workspace, out, force, outcome)
+
+    return finish("envelope", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
 def export(
     what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
     target: Annotated[str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio.")],

@@ -29,7 +29,7 @@ def map_machine(
     machine = load_machine(name)
     units = dict(machine.task)
     asked = [word.strip() for one in what for word in one.split(",")]
-    fixed = dict(_assigned("--at", one, units) for text in at for one in text.split(","))
+    fixed = dict(assigned("--at", one, units) for text in at for one in text.split(","))
     try:
         dataset = machine_map(
             machine, asked, over=None if over is None else _ranges(over, units), at=fixed, points=_points(points),
@@ -63,7 +63,7 @@ def _shown(quiet: bool):
     return progress
 
 
-def _assigned(option: str, text: str, units: dict[str, str]) -> tuple[str, float]:
+def assigned(option: str, text: str, units: dict[str, str]) -> tuple[str, float]:
     """z=50 mm as a name and a number, SI."""
     name, equal, value = (part.strip() for part in text.partition("="))
     if not equal or not value:
@@ -90,7 +90,7 @@ def _ranges(text: str, units: dict[str, str]) -> dict[str, tuple[float, float] |
         if not dots:
             raise ExperimentError("a range is FROM..TO", key="--over", value=repr(one)[:60],
                                   cure=f'write "{name}=-0.1 m..0.1 m"')  # fmt: skip
-        out[name] = tuple(_assigned("--over", f"{name}={end}", units)[1] for end in (low, high))
+        out[name] = tuple(assigned("--over", f"{name}={end}", units)[1] for end in (low, high))
     return out
 
 
