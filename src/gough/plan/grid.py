@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -107,12 +108,16 @@ def grid_of(
     if len(counts) != len(runs):
         cure = f"give one number, or {len(runs)}"
         raise ExperimentError("one number for each coordinate that runs", key="points", value=brief(points), cure=cure)
+    for count in counts:
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 2:
+            raise ExperimentError("at least 2 points", key="points", value=brief(count))
+    total = math.prod(int(count) for count in counts)
+    if total > MOST:
+        raise ExperimentError("too many poses", key="points", value=f"{total}", limit=f"{MOST}")
     known, fixed, axes = ranges_of(machine), middle_of(machine), []
     for name, value in at.items():
         fixed[names.index(name)] = _number("at", name, value)
     for (name, span), count in zip(runs.items(), counts, strict=True):
-        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 2:
-            raise ExperimentError("at least 2 points", key="points", value=brief(count))
         if span is None and name not in known:
             raise ExperimentError(
                 f"the range of {name} is missing: {machine.name} declares no workspace", key="over",
@@ -125,10 +130,7 @@ def grid_of(
             empty = "the workspace has no extent here: give a range" if span is None else "the least comes first"
             raise ExperimentError(empty, key=f"over.{name}", value=value)
         axes.append(Axis(name, unit, np.linspace(low, high, count)))
-    grid = Grid(tuple(axes), fixed, tuple(names.index(axis.name) for axis in axes))
-    if grid.count > MOST:
-        raise ExperimentError("too many poses", key="points", value=f"{grid.count}", limit=f"{MOST}")
-    return grid
+    return Grid(tuple(axes), fixed, tuple(names.index(axis.name) for axis in axes))
 
 
 def _pair(name: str, span: Any) -> tuple[Any, Any]:
