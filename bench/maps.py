@@ -53,9 +53,7 @@ def main() -> None:
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     load = f"{processor()}, load {os.getloadavg()[0]:.0f}"
     rows = [[name, *(f"{statistics.median(maps[name][what]):.2f}" for what in WHAT)] for name in MACHINES]
-    spans = [
-        [name, f"{statistics.median(found):.0f}", f"{max(found):.0f}"] for name, found in envelopes.items()
-    ]
+    spans = [[name, f"{statistics.median(found):.0f}", f"{max(found):.0f}"] for name, found in envelopes.items()]
     lines = [
         "# Maps and envelopes", "", f"Written by `python -m bench.maps`, gough {gk.__version__}.  {load}.", "",
         "## A million poses", "",

@@ -21,7 +21,12 @@ def test_a_map_is_written_as_netcdf_figures_and_numbers(tmp_path, capsys):
     place = ["--at", "z=100 mm", "--points", "7,5", "--over", "x=-100 mm..100 mm,y"]
     status, out, err = run(capsys, "map", "ifma-hsm", "--what", "workspace,gravity", *place, "-o", tmp_path / "map")
     assert status == 0 and not err
-    assert {path.name for path in (tmp_path / "map").iterdir()} >= {"map.nc", "map.json", "workspace.png", "gravity.png"}
+    assert {path.name for path in (tmp_path / "map").iterdir()} >= {
+        "map.nc",
+        "map.json",
+        "workspace.png",
+        "gravity.png",
+    }
     with xr.open_dataset(tmp_path / "map" / "map.nc", engine="h5netcdf") as found:
         assert found["holding"].shape == (7, 5) and float(found["x"][-1]) == pytest.approx(0.1)
     assert "of the declared workspace (35 poses) 100 % is reached" in out and "drive force of the weight" in out
@@ -71,8 +76,8 @@ def test_an_envelope_is_printed_and_drawn(tmp_path, capsys):
 @pytest.mark.parametrize(
     "arguments, status, told",
     [
-        (["--at", "x=1 m"], 1, "the pose itself is outside: carriage: beyond the end of its rail, got 1 m (limit 0.35 m); "
-         "give a pose inside: home is one"),
+        (["--at", "x=1 m"], 1, "the pose itself is outside: carriage: beyond the end of its rail, got 1 m "
+         "(limit 0.35 m); give a pose inside: home is one"),
         (["--at", "y=1 m"], 2, "--at: the machine has no such coordinate, got 'y'; there is x"),
         (["--wrench", "5 N"], 2, "--wrench: three forces, or three forces and three moments, got '5 N'; "
          'write "0 N,0 N,-500 N"'),

@@ -134,22 +134,22 @@ def test_a_hexapod_has_feeds_of_place_and_of_turn_over_its_angles():
 
 
 REFUSED = [
-    (dict(what="stifness"), "what: no such map, got 'stifness'; did you mean stiffness?"),
-    (dict(what=[]), "what: is empty; there is " + ", ".join(QUANTITIES)),
-    (dict(what="dexterity"), "what: one axis has the same dexterity everywhere, got emps; ask for feed or force"),
-    (dict(what="force"), "what: a map of force needs a limit of the drive: drive.torque_limit or drive.force_limit, "
+    ({"what": "stifness"}, "what: no such map, got 'stifness'; did you mean stiffness?"),
+    ({"what": []}, "what: is empty; there is " + ", ".join(QUANTITIES)),
+    ({"what": "dexterity"}, "what: one axis has the same dexterity everywhere, got emps; ask for feed or force"),
+    ({"what": "force"}, "what: a map of force needs a limit of the drive: drive.torque_limit or drive.force_limit, "
      "got emps has none; write it into the data sheet"),
-    (dict(what="stiffness"), "what: a map of stiffness needs [[compliance]], got emps has none; "
+    ({"what": "stiffness"}, "what: a map of stiffness needs [[compliance]], got emps has none; "
      "say in the data sheet what gives way: docs/flexible.md"),
-    (dict(over=("y",)), "over: the machine has no such coordinate, got 'y'; there is x"),
-    (dict(at={"x": 0.1}), "over: a map needs a coordinate that runs; give some of x"),
-    (dict(over=("x",), at={"x": 0.1}), "at: runs already, got x; leave x out of over, or of at"),
-    (dict(points=1), "points: at least 2 points, got 1"),
-    (dict(points=(3, 4)), "points: one number for each coordinate that runs, got (3, 4); give one number, or 1"),
-    (dict(points=10**9), "points: too many poses, got 1000000000 (limit 20000000)"),
-    (dict(over={"x": (0.2, 0.1)}), "over.x: the least comes first, got 0.2 m to 0.1 m"),
-    (dict(over={"x": 3}), "over.x: a range is two numbers, got 3"),
-    (dict(over={"x": (0, np.nan)}), "over.x: must be a finite number, got nan"),
+    ({"over": ("y",)}, "over: the machine has no such coordinate, got 'y'; there is x"),
+    ({"at": {"x": 0.1}}, "over: a map needs a coordinate that runs; give some of x"),
+    ({"over": ("x",), "at": {"x": 0.1}}, "at: runs already, got x; leave x out of over, or of at"),
+    ({"points": 1}, "points: at least 2 points, got 1"),
+    ({"points": (3, 4)}, "points: one number for each coordinate that runs, got (3, 4); give one number, or 1"),
+    ({"points": 10**9}, "points: too many poses, got 1000000000 (limit 20000000)"),
+    ({"over": {"x": (0.2, 0.1)}}, "over.x: the least comes first, got 0.2 m to 0.1 m"),
+    ({"over": {"x": 3}}, "over.x: a range is two numbers, got 3"),
+    ({"over": {"x": (0, np.nan)}}, "over.x: must be a finite number, got nan"),
 ]  # fmt: skip
 
 

@@ -360,12 +360,8 @@ def envelope(
     wrench: Annotated[
         str | None, typer.Option("--wrench", help='On the tool, in W, as "0 N,0 N,-500 N"; the drives hold it, too.')
     ] = None,
-    workspace: Annotated[
-        bool, typer.Option("--workspace", help="The declared workspace is a limit, too.")
-    ] = False,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="A file for the figure: .png, .svg or .pdf.")
-    ] = None,
+    workspace: Annotated[bool, typer.Option("--workspace", help="The declared workspace is a limit, too.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="A file for the figure: .png, .svg or .pdf.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,

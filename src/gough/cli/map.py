@@ -15,6 +15,8 @@ from ..results import results_folder
 from ..units import to_si
 from .end import Outcome, plain
 
+_OPTIONS = ("what", "over", "at", "points")
+
 
 def map_machine(
     name: str, what: Sequence[str], over: str | None, at: Sequence[str], points: str, out: Path | None, force: bool,
@@ -98,7 +100,9 @@ def _points(text: str) -> int | list[int]:
     try:
         counts = [int(one) for one in text.split(",")]
     except ValueError:
-        raise ExperimentError("whole numbers", key="--points", value=repr(text)[:60], cure="write 41, or 41,41,5") from None
+        raise ExperimentError(
+            "whole numbers", key="--points", value=repr(text)[:60], cure="write 41, or 41,41,5"
+        ) from None
     return counts[0] if len(counts) == 1 else counts
 
 
@@ -107,7 +111,7 @@ def _on_the_line(error: InputError) -> InputError:
     import dataclasses
 
     renamed = [
-        dataclasses.replace(p, key=f"--{p.key}") if p.key and p.key.partition(".")[0] in ("what", "over", "at", "points")
-        else p for p in error.problems
+        dataclasses.replace(p, key=f"--{p.key}") if p.key and p.key.partition(".")[0] in _OPTIONS else p
+        for p in error.problems
     ]  # fmt: skip
     return type(error)(problems=renamed)

@@ -19,7 +19,7 @@ SWEEPS = 7  # of 100 000 matrices (6, 6) with condition numbers up to 1e6, six l
 
 
 def singular_values(A):
-    """Singular values (k,) of A (n, k), n >= k, in no order, eq. (1).  Least and greatest of symmetric A: `extremes`."""
+    """Singular values (k,) of A (n, k), n >= k, in no order, eq. (1)."""
     columns = [A[:, j] for j in range(A.shape[1])]
     for _ in range(SWEEPS if len(columns) > 2 else 1):
         for i in range(len(columns)):

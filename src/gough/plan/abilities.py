@@ -17,8 +17,8 @@ straight line, the tool's direction kept, no joint exceeds its speed S, its acce
     force          r = min over i of  (F - |u_0i|) / |K_i|                                at rest                    (6)
 
 because the greatest of a . d over all unit d is |a|, and of d'H d an eigenvalue: each is attained, so (4)-(6) are the
-largest r there are, not bounds of them.  A platform that turns has (4) and (5) for turns about the tip, the tip at rest,
-too.  docs/theory/maps.md.
+largest r there are, not bounds of them.  A platform that turns has (4) and (5) for turns about the tip as well, the tip
+at rest.  docs/theory/maps.md.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def singular_values_of(m, p, z, L):
 
 
 def _bounds(m, p, x, L, w):
-    """`machine.margins` and, of more than one coordinate, min s / max s of eq. (2); the declared workspace's; the drives'
-    forces at rest under a wrench w (n,)."""
+    """`machine.margins` and, of more than one coordinate, min s / max s of eq. (2) against its limit; those of the
+    declared workspace; the drives' forces at rest under a wrench w (n,)."""
     z = m.coordinates_of(p, x)
     limits = [m.margins(p, z)[1]]
     if len(m.task) > 1:

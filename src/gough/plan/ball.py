@@ -157,7 +157,7 @@ def _turned(d, u, v, angles) -> np.ndarray:
 
 
 def _roots(field: Field, d, limit, near) -> np.ndarray:
-    """Where the margin `limit` is 0 along directions d (n, 3), by the secant from around `near` (n,); NaN: not found."""
+    """Where the margin `limit` is 0 along directions d (n, 3), by the secant from `near` (n,); NaN: not found."""
     index = np.arange(len(d))
     a, b = near * (1 - 1e-4), near.copy()
     fa, fb = field(d, a)[index, limit], field(d, b)[index, limit]

@@ -1,4 +1,4 @@
-"""All that bounds where a machine can stand, as margins that are >= 0 inside: joints, cones, singularity, drives, space.
+"""All that bounds where a machine can stand, as margins >= 0 inside: joints, cones, singularity, drives, space.
 
 The margins of a machine (`Machine.margins`: strokes, cones, det J), the condition number of J as 1 / condition minus
 1 / limit, which a check of poses asks for as well; when asked for, the forces of the drives at rest, and the declared

@@ -7,8 +7,8 @@ Along a coordinate the others stand still: X is x rising, A the angle a rising, 
 jointly: the largest r such that the tip may go by less than r in any direction, the tool's direction kept.  Turns
 jointly: the largest angle such that the tool may turn by less about any axis through its tip, the tip standing still.
 Within are the limits of the joints, cones, det J and the condition number of J, and the forces of the drives that hold
-the machine at rest; the declared workspace only if asked.  What is given is the FIRST exit: a way back in behind it does
-not count.  docs/theory/maps.md, section 5: first exits (first_exit.py) and balls (ball.py).
+the machine at rest; the declared workspace only if asked.  What is given is the FIRST exit: a way back in behind it
+does not count.  How it is searched, and what the search may overlook: first_exit.py and ball.py.
 """
 
 from __future__ import annotations

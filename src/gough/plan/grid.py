@@ -64,9 +64,7 @@ def ranges_of(machine) -> dict[str, tuple[float, float]]:
         return {}
     half = [*([space.radius] * 2 if space.size is None else space.size / 2), space.height / 2]
     half += [space.tilt, space.tilt, space.c][: len(middle) - 3]
-    return {
-        name: (float(at - h), float(at + h)) for (name, _), at, h in zip(machine.task, middle, half, strict=True)
-    }
+    return {name: (float(at - h), float(at + h)) for (name, _), at, h in zip(machine.task, middle, half, strict=True)}
 
 
 def grid_of(

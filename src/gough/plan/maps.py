@@ -3,8 +3,8 @@
     dataset = machine_map(gk.load_machine("nist-octahedral"), "dexterity", over=("x", "y"), points=41)
 
 A pose counts as inside where every limit of the machine holds, as a run checks them: stroke, cones, det J and the
-condition number of J.  Outside, quantities are NaN: the machine cannot stand there.  Whether a pose lies in the declared
-workspace is told apart, in `declared`.
+condition number of J.  Outside, quantities are NaN: the machine cannot stand there.  Whether a pose lies in the
+declared workspace is told apart, in `declared`.
 """
 
 from __future__ import annotations
@@ -104,9 +104,7 @@ def _nowhere(machine, grid: Grid, bounds: Bounds) -> WorkspaceError:
         row = int(worst.argmax())
         if best is None or worst[row] > best[0]:
             best = (worst[row], x[row], margins[row])
-    where = ", ".join(
-        f"{name} = {value:.6g} {unit}" for (name, unit), value in zip(machine.task, best[1], strict=True)
-    )
+    where = ", ".join(f"{name} = {value:.6g} {unit}" for (name, unit), value in zip(machine.task, best[1], strict=True))
     rule, value, limit = bounds.told(best[1], best[2])
     return WorkspaceError(
         f"the machine can stand nowhere on this map; nearest at {where}: {rule}", value=value, limit=limit,
@@ -132,9 +130,7 @@ def _dataset(machine, asked, grid: Grid, columns, bounds: Bounds) -> xr.Dataset:
         variables[name] = (dims + more, values.reshape(grid.shape + values.shape[1:]), attrs)
     coords = {axis.name: (axis.name, axis.values, {"units": axis.unit, "long_name": f"{axis.name} of the tool in W"})
               for axis in grid.axes}  # fmt: skip
-    fixed = {
-        name: float(value) for (name, _), value in zip(machine.task, grid.fixed, strict=True) if name not in dims
-    }
+    fixed = {name: float(value) for (name, _), value in zip(machine.task, grid.fixed, strict=True) if name not in dims}
     info = {"machine": {"name": machine.name, "kind": machine.kind, "digest": machine.digest()}, "what": asked,
             "fixed": fixed, "length": bounds.length, "version": __version__}  # fmt: skip
     attrs = {"schema": SCHEMA, "status": "done", "reason": "", "gough": json.dumps(info, allow_nan=False)}

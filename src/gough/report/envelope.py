@@ -1,4 +1,4 @@
-"""The figure of an Envelope: how far each coordinate may go both ways, and the ball in which all directions are free."""
+"""The figure of an Envelope: how far each coordinate may go both ways, and the ball that is free in all directions."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ _AXIS = {"m": ("mm", 1e3), "rad": ("deg", 180 / np.pi)}
 def map_figure(dataset, name: str) -> Any:
     """The figure of a map named as in QUANTITIES ("dexterity"), of a dataset that holds it.  A matplotlib Figure.
 
-    The worst pose is a circle, the edge of the declared workspace a line, and where the machine cannot stand it is grey;
-    the map of the workspace shows what is left of the nearest limit, negative beyond it, and the limits' names.
+    The worst pose is a circle, the edge of the declared workspace a line; where the machine cannot stand it is grey.
+    The map of the workspace shows what is left of the nearest limit, negative beyond it, and the limits' names.
     """
     if name == "workspace":
         return _workspace(dataset)
@@ -203,7 +203,7 @@ def _finish(panels, image, label: str, title: str) -> None:
 
 def _machine(dataset) -> str:
     told = json.loads(dataset.attrs["gough"])
-    fixed = place_text({name: value for name, value in told["fixed"].items()})
+    fixed = place_text(dict(told["fixed"].items()))
     return told["machine"]["name"] + (f" at {fixed}" if fixed.strip(" m") else "")
 
 
