@@ -17,6 +17,15 @@ def run(capsys, *arguments):
     return end.value.code, out, err
 
 
+def test_a_map_of_one_axis_is_written_in_a_moment(tmp_path, capsys):
+    status, out, _ = run(capsys, "map", "emps", "--what", "feed", "-o", tmp_path / "map", "--points", "3")
+    assert status == 0 and out.splitlines()[0] == "3 of 3 poses are within all limits of the machine"
+    assert (tmp_path / "map" / "feed.png").read_bytes().startswith(b"\x89PNG") and (
+        tmp_path / "map" / "map.nc"
+    ).exists()
+
+
+@pytest.mark.full
 def test_a_map_is_written_as_netcdf_figures_and_numbers(tmp_path, capsys):
     place = ["--at", "z=100 mm", "--points", "7,5", "--over", "x=-100 mm..100 mm,y"]
     status, out, err = run(capsys, "map", "ifma-hsm", "--what", "workspace,gravity", *place, "-o", tmp_path / "map")

@@ -12,7 +12,7 @@ from gough.machine.workspace import condition, random_poses
 from gough.plan.abilities import Evaluated, accelerations, feeds, forces
 
 LIBRARY = ["nist-octahedral", "eth-hexaglide", "ccu-3prs", "ifma-hsm", "emps"]
-quick = pytest.mark.quick("ifma-hsm", "emps")
+quick = pytest.mark.quick("ifma-hsm")
 
 
 def poses(machine, count):
@@ -57,7 +57,7 @@ def limits_of(machine):
     return [np.inf if one is None else one for one in bounds]
 
 
-@quick
+@pytest.mark.quick("emps")
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_direction_exceeds_a_limit_below_the_feed_and_one_does_above_it(name):
     """Joint speeds, accelerations and forces of moving at 1 along d, scaled: q' by V, q'' and u - u_0 by V^2."""
@@ -82,7 +82,7 @@ def test_no_direction_exceeds_a_limit_below_the_feed_and_one_does_above_it(name)
             assert feeds(machine, x[None])[0][0, k].min() == pytest.approx(wanted, rel=1e-9)
 
 
-@quick
+@pytest.mark.quick("emps")
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_direction_exceeds_a_limit_below_the_acceleration_and_one_does_above_it(name):
     machine = gk.load_machine(name)

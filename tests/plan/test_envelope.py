@@ -161,6 +161,20 @@ def test_a_wrench_that_the_drives_cannot_hold_is_told_at_the_pose_itself():
         gk.envelope(machine, wrench=[0, 0, -30e3, 0, 0, 0])
 
 
+def test_a_wrench_shortens_the_way_to_where_a_drive_is_at_its_limit():
+    machine = gk.load_machine("ifma-hsm")
+    w = np.array([0, -35e3, 0, 0, 0, 0.0])  # 42.7 kN with the weight, on two drives of 25 kN
+    met = [way for way in gk.envelope(machine, wrench=w).ways if "cannot hold" in way.limit]
+    assert met
+    for way in met:
+        i, still = ["X", "Y", "Z"].index(way.axis), np.zeros((2, 3))
+        x = np.tile(machine.home, (2, 1))
+        x[:, i] += way.sense * (way.distance + np.array([-1e-9, 1e-9]))
+        joint = [name in way.limit for name in machine.joint_names].index(True)
+        u = np.abs(machine.inverse_dynamics(x, still, still, w))[:, joint]
+        assert u[0] < machine.drive.force_limit < u[1]
+
+
 def test_a_pose_outside_its_limits_is_told_with_the_limit_and_by_how_much():
     machine = gk.load_machine("emps")
     with pytest.raises(WorkspaceError) as told:

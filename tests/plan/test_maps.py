@@ -110,6 +110,32 @@ def test_the_reserve_is_one_in_the_middle_of_a_stroke_and_falls_evenly_to_its_en
     assert found["x"].values[[0, -1]].tolist() == [-0.05, 0.35]
 
 
+def test_what_is_the_same_at_all_poses_is_told_without_a_place():
+    found = findings(machine_map(gk.load_machine("emps"), "feed", points=5))
+    assert found["worst"]["feed"]["everywhere"] and found["worst"]["feed"]["value"] == pytest.approx(0.3)
+    assert text_of(found).splitlines()[-1].split() == [
+        "feed",
+        "in",
+        "the",
+        "worst",
+        "direction",
+        "least",
+        "0.3",
+        "m/s",
+        "everywhere",
+    ]
+
+
+@pytest.mark.full
+def test_along_the_rails_of_a_hexaglide_nothing_changes_but_the_ends_of_the_rails():
+    """Rails along x: a shift of the platform along x is a shift of all carriages, and no force asks where they are."""
+    found = machine_map(gk.load_machine("eth-hexaglide"), ALL, points=(7, 9))
+    for name in ("condition", "feed", "turn_rate", "acceleration", "angular_acceleration", "force", "holding"):
+        values = found[name].transpose("x", "y").values
+        np.testing.assert_allclose(values, np.broadcast_to(values[:1], values.shape), rtol=1e-10)
+    assert np.ptp(found["reserve"].transpose("x", "y").values, axis=0).min() > 0.05
+
+
 @pytest.mark.full
 def test_a_map_of_stiffness_is_that_of_the_elastic_machine():
     machine = gk.load_machine(HYBRID)

@@ -13,6 +13,8 @@ from .quantities import WORST
 if TYPE_CHECKING:
     import xarray as xr
 
+EVERYWHERE = 1e-9  # relative: what differs by less differs by rounding
+
 
 def findings(dataset: xr.Dataset) -> dict[str, Any]:
     """Numbers of a map: {"poses", "inside", "declared", "reached", "in_the_way", "worst"}.
@@ -20,7 +22,7 @@ def findings(dataset: xr.Dataset) -> dict[str, Any]:
     `reached` is the share of the declared workspace's poses that are inside (None where none is declared or none of
     the map is in it), `in_the_way` the shares of limits among the poses of the workspace (of all, without one) that
     are not, `worst` of each variable the value, the pose and what limits it there; within the declared workspace where
-    there is one on the map, else wherever the machine can stand.
+    there is one on the map, else wherever the machine can stand; "everywhere" if it is the same at all of them.
     """
     inside = dataset["inside"].values.astype(bool)
     declared = dataset["declared"].values.astype(bool) if "declared" in dataset else None
@@ -47,6 +49,8 @@ def findings(dataset: xr.Dataset) -> dict[str, Any]:
         place = np.unravel_index(int((np.nanargmin if least is min else np.nanargmax)(values)), values.shape)
         row = {"value": float(values[place]), "unit": dataset[name].attrs["units"], "pose": pose_of(dataset, place),
                "is": "least" if least is min else "greatest"}  # fmt: skip
+        if np.nanmax(values) - np.nanmin(values) <= EVERYWHERE * abs(row["value"]) and np.isfinite(values).sum() > 1:
+            row["everywhere"] = True  # the pose is one of all
         flag = "limit" if name == "reserve" else f"{name}_limit"
         if flag in dataset:
             row["limit"] = name_of(dataset, flag, int(dataset[flag].values[place]))
@@ -66,7 +70,8 @@ def pose_of(dataset, place) -> dict[str, float]:
     return {name: (runs | fixed)[name] for name in ("x", "y", "z", "a", "b", "c") if name in runs or name in fixed}
 
 
-_LABELS = {
+# variable: what it is called beside a number
+LABELS = {
     "reserve": "reserve of the nearest limit", "condition": "condition number", "singular_least": "singular value",
     "feed": "feed in the worst direction", "turn_rate": "angular rate about the worst axis",
     "acceleration": "acceleration in the worst direction", "angular_acceleration": "angular acceleration, worst axis",
@@ -85,11 +90,12 @@ def text_of(found: dict[str, Any]) -> str:
     for name, share in list(found["in_the_way"].items())[:5]:
         lines.append(f"  in the way at {100 * share:5.1f} % of the rest: {name}")
     if found["worst"]:
-        width = max(len(_LABELS[name]) for name in found["worst"])
+        width = max(len(LABELS[name]) for name in found["worst"])
         for name, row in found["worst"].items():
             value = f"{row['is']:8} {show(row['value'], row['unit'], 4):>12}"
             limit = f"  ({row['limit']})" if "limit" in row else ""
-            lines.append(f"{_LABELS[name]:{width}}  {value}  at {place_text(row['pose'])}{limit}")
+            where = "everywhere" if row.get("everywhere") else f"at {place_text(row['pose'])}{limit}"
+            lines.append(f"{LABELS[name]:{width}}  {value}  {where}")
     return "\n".join(lines)
 
 

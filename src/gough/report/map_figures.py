@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
 
-from ..plan.findings import findings, place_text
+from ..plan.findings import LABELS, findings, place_text
 from ..plan.quantities import SHOWN, WORST
 from . import style
 
@@ -32,7 +33,7 @@ def map_figure(dataset, name: str) -> Any:
 def _panels(dataset, shown: str) -> Any:
     unit, factor = _EYE.get(dataset[shown].attrs["units"], (dataset[shown].attrs["units"], 1.0))
     values = factor * dataset[shown].values
-    label = _label(dataset[shown].attrs["long_name"], unit)
+    label = LABELS[shown] if unit == "1" else f"{LABELS[shown]} [{unit}]"
     title = f"{_machine(dataset)}: {_worst(dataset, shown, unit, factor)}"
     if values.ndim == 1:
         return _line(dataset, values, label, title)
@@ -46,7 +47,7 @@ def _panels(dataset, shown: str) -> Any:
     for ax, (told, index) in zip(panels, slices, strict=False):
         image = _image(ax, dataset, values[index], vmin=ends[0], vmax=ends[1], cmap="cividis")
         _edge(ax, dataset, index)
-        if place is not None:
+        if place is not None and "everywhere" not in place:
             _mark(ax, dataset, index, place["pose"])
         _name(ax, dataset, told)
     _finish(panels, image, label, title)
@@ -59,7 +60,7 @@ def _workspace(dataset) -> Any:
     reached = findings(dataset)["reached"]
     told = "" if reached is None else f": {100 * reached:.4g} % of the declared workspace is reached"
     title = f"{_machine(dataset)}{told}"
-    label = dataset["reserve"].attrs["long_name"].partition(",")[0]
+    label = LABELS["reserve"]
     if values.ndim == 1:
         return _line(dataset, values, label, title)
     slices = _slices(dataset, values, 3)
@@ -95,7 +96,8 @@ def _sorts(dataset) -> tuple[list[str], list[int]]:
 
 
 def _sort(name: str) -> str:
-    return name if name.startswith("near") else name.rpartition(": ")[2]
+    """The name without the number of its joint."""
+    return re.sub(r" \d+(?=:)", "", name)
 
 
 def _colours() -> Any:
@@ -207,13 +209,11 @@ def _machine(dataset) -> str:
     return told["machine"]["name"] + (f" at {fixed}" if fixed.strip(" m") else "")
 
 
-def _label(meaning: str, unit: str) -> str:
-    return f"{meaning} [{unit}]" if unit != "1" else meaning
-
-
 def _worst(dataset, shown: str, unit: str, factor: float) -> str:
     row = findings(dataset)["worst"].get(shown)
     if row is None:
         return "nowhere"
+    if "everywhere" in row:
+        return f"{factor * row['value']:.4g}{'' if unit == '1' else ' ' + unit} everywhere"
     word = "least" if WORST[shown] is min else "greatest"
     return f"{word} {factor * row['value']:.4g}{'' if unit == '1' else ' ' + unit} (o)"
