@@ -37,8 +37,20 @@ def test_an_image_holds_the_values_of_the_map_with_x_across(hybrid):
 def test_a_map_of_three_coordinates_is_drawn_in_slices_that_say_where_they_are(hybrid):
     found = machine_map(hybrid, ["workspace", "gravity"], over=("x", "y", "z"), points=(3, 3, 9))
     names = [ax.get_title(loc="left") for ax in map_figure(found, "gravity").axes[:-1]]
-    assert len(names) == 6 and names[0] == "z -100 mm" and names[-1] == "z 600 mm"
+    worst = findings(found)["worst"]["holding_share"]["pose"]["z"]
+    assert len(names) == 6 and f"z {1e3 * worst:.4g} mm" in names
+    assert {"z -100 mm", "z 600 mm"} <= {*names, f"z {1e3 * worst:.4g} mm"}
     assert len(map_figure(found, "workspace").axes) == 7  # three slices, twice, and a scale
+
+
+@pytest.mark.full
+def test_of_more_coordinates_those_slices_are_drawn_that_show_the_worst_pose():
+    found = machine_map(gk.load_machine("nist-octahedral"), "dexterity", over=("x", "y", "z", "a", "b"), points=7)
+    pose = findings(found)["worst"]["condition"]["pose"]
+    figure = map_figure(found, "dexterity")
+    marked = [ax for ax in figure.axes[:-1] if ax.lines]
+    told = f"z {1e3 * pose['z']:.4g} mm, a {np.degrees(pose['a']):.4g} deg, b {np.degrees(pose['b']):.4g} deg"
+    assert [ax.get_title(loc="left") for ax in marked] == [told]
 
 
 def test_a_map_of_one_coordinate_is_a_line():

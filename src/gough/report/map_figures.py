@@ -37,7 +37,7 @@ def _panels(dataset, shown: str) -> Any:
     title = f"{_machine(dataset)}: {_worst(dataset, shown, unit, factor)}"
     if values.ndim == 1:
         return _line(dataset, values, label, title)
-    slices = _slices(dataset, values)
+    slices = _slices(dataset, shown)
     panels = _grid_of(dataset, len(slices))
     ends = [np.nanmin(values), np.nanmax(values)]
     if ends[1] - ends[0] < 1e-6 * abs(ends[1]):  # the same everywhere: rounding is no picture
@@ -63,7 +63,7 @@ def _workspace(dataset) -> Any:
     label = LABELS["reserve"]
     if values.ndim == 1:
         return _line(dataset, values, label, title)
-    slices = _slices(dataset, values, 3)
+    slices = _slices(dataset, "reserve", 3)
     panels = _grid_of(dataset, 2 * len(slices), columns=2)
     top, beyond = max(1e-9, float(np.nanmax(values))), float(np.nanmin(values)) < 0
     # beyond a limit in another colour, as deep as the middle is high
@@ -127,16 +127,18 @@ def _line(dataset, values, label: str, title: str) -> Any:
     return ax.figure
 
 
-def _slices(dataset, values, most: int = 6) -> list[tuple[str, tuple]]:
-    """(what it is, index) of the slices over the first two dimensions: all of one more, some of many."""
+def _slices(dataset, shown: str, most: int = 6) -> list[tuple[str, tuple]]:
+    """(what it is, index) of slices over the first two dimensions: along the third, all or evenly some; those of
+    more dimensions where the worst pose is; the worst pose is on one of them."""
     dims = dataset["inside"].dims
     if len(dims) == 2:
         return [("", (slice(None), slice(None)))]
-    shape = values.shape[2:]
-    places = list(np.ndindex(shape))
-    places = [places[i] for i in np.unique(np.linspace(0, len(places) - 1, most).round().astype(int))]
+    row = findings(dataset)["worst"].get(shown)
+    worst = [0 if row is None else int(np.abs(dataset[dim].values - row["pose"][dim]).argmin()) for dim in dims[2:]]
+    third = np.linspace(0, dataset.sizes[dims[2]] - 1, min(most, dataset.sizes[dims[2]])).round().astype(int)
+    third[np.abs(third - worst[0]).argmin()] = worst[0]
     out = []
-    for place in places:
+    for place in ((i, *worst[1:]) for i in third):
         told = []
         for dim, i in zip(dims[2:], place, strict=True):
             unit, factor = _AXIS[dataset[dim].attrs["units"]]
