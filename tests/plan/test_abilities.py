@@ -57,11 +57,18 @@ def limits_of(machine):
     return [np.inf if one is None else one for one in bounds]
 
 
-@pytest.mark.quick("emps")
+@pytest.mark.quick("all-emps")
 @pytest.mark.parametrize("name", LIBRARY)
-def test_no_direction_exceeds_a_limit_below_the_feed_and_one_does_above_it(name):
-    """Joint speeds, accelerations and forces of moving at 1 along d, scaled: q' by V, q'' and u - u_0 by V^2."""
+@pytest.mark.parametrize("by", ["all", "acceleration", "force"])
+def test_no_direction_exceeds_a_limit_below_the_feed_and_one_does_above_it(by, name):
+    """Joint speeds, accelerations and forces of moving at 1 along d, scaled: q' by V, q'' and u - u_0 by V^2.
+
+    By all limits it is mostly the speed that counts; so also without that one, and without the acceleration's.
+    """
     machine = gk.load_machine(name)
+    if by != "all":
+        free = {"speed": None} | ({"acceleration": None} if by == "force" else {})
+        machine = machine.replace(limits=machine.limits.replace(**free))
     S, A, F = limits_of(machine)
     for x in poses(machine, 2):
         zero = np.zeros((1, len(machine.task)))
@@ -79,7 +86,9 @@ def test_no_direction_exceeds_a_limit_below_the_feed_and_one_does_above_it(name)
             width = len(range(*block.indices(6)))
             wanted = least_over_directions(lambda d, block=block: fastest(d, block=block), width)
             # 1e-9: the polishing's share of the error, quadratic in an angle of 1e-5 and less
-            assert feeds(machine, x[None])[0][0, k].min() == pytest.approx(wanted, rel=1e-9)
+            found = feeds(machine, x[None])[0][0, k].min()
+            assert found == pytest.approx(wanted, rel=1e-9)
+            assert np.isfinite(found) or name == "emps"  # an axis that nothing bends and nothing drives
 
 
 @pytest.mark.quick("emps")
