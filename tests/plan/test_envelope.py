@@ -135,6 +135,22 @@ def test_the_ball_of_a_hexapod_that_only_its_stroke_bounds_is_what_is_left_of_th
         assert ball.radius == pytest.approx(min((l - low).min(), (high - l).min()), abs=1e-12)
 
 
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["nist-octahedral", "eth-hexaglide"])
+def test_the_direction_told_is_the_one_in_which_the_ball_touches(name):
+    """Of turns the axis is in W: the pose turned is exp(r d) R, not R exp(r d)."""
+    machine = gk.load_machine(name)
+    x = starts(machine)[-1]
+    for ball in gk.envelope(machine, x).balls:
+        r, d = ball.radius + np.array([-1e-8, 1e-8]), np.array(ball.direction)
+        rows = np.tile(x, (2, 1))
+        if ball.kind == "turn":
+            rows[:, 3:] = abc_of_rotation_np(rotation_of_vector_np(r[:, None] * d) @ rotation_of_abc_np(x[3:]))
+        else:
+            rows[:, :3] += r[:, None] * d
+        assert inside(machine, rows).tolist() == [True, False]
+
+
 def test_a_hybrid_machine_goes_along_its_ram_to_the_ends_of_the_ram():
     machine = gk.load_machine("ifma-hsm")
     found = {(way.axis, way.sense): way for way in gk.envelope(machine).ways}
