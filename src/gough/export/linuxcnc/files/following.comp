@@ -1,0 +1,36 @@
+component @NAME@_following "Following error of the joints of @MACHINE@ against gough's law of supervision.";
+// SPDX-License-Identifier: GPL-2.0-or-later
+pin in float command-#[@N@] "joint.N.pos-cmd, mm";
+pin in float velocity-#[@N@] "joint.N.vel-cmd, mm/s";
+pin in float position-#[@N@] "joint.N.pos-fb, mm";
+pin in bit enable = TRUE;
+pin in bit reset;
+pin out float error-#[@N@] "mm";
+pin out float allowed-#[@N@] "mm";
+pin out bit tripped "latched until reset";
+pin out s32 joint = -1 "which joint tripped first";
+param rw float least = @MIN_FERROR@ "allowed at rest, mm";
+param rw float slope = @SLOPE@ "allowed for each mm/s of the command, s";
+option singleton yes;
+function _ fp;
+license "GPL";
+author "gough @VERSION@";
+include <math.h>;
+;;
+
+FUNCTION(_)
+{
+    if (reset) {
+        tripped = 0;
+        joint = -1;
+    }
+    for (int i = 0; i < @N@; i++) {
+        const double grown = slope * fabs(velocity(i));
+        allowed(i) = grown > least ? grown : least;
+        error(i) = command(i) - position(i);
+        if (enable && !tripped && !(fabs(error(i)) <= allowed(i))) { /* NaN trips too */
+            tripped = 1;
+            joint = i;
+        }
+    }
+}

@@ -1,0 +1,48 @@
+component @NAME@_observer "Wrench on the tool of @MACHINE@, out of joint positions and drive forces.";
+// SPDX-License-Identifier: GPL-2.0-or-later
+pin in float position-#[@N@] "joints as the encoders read them, mm";
+pin in float drive-#[@N@] "what the drives apply: current, torque or force, times gain a force";
+pin in bit good = TRUE "FALSE where there is no such sample";
+pin out float wrench-#[6] "on the tool at its tip, N and N m in the machine's frame W";
+pin out float hidden-#[6] "what friction may hide of it";
+pin out bit held "the wrench is that of an earlier sample";
+pin out bit wrong-period "the thread's period is not that of the observer";
+param rw float gain = 1.0 "N of a joint for each unit of its drive";
+option singleton yes;
+option extra_setup yes;
+variable double state[@NS@];
+function _ fp;
+license "GPL";
+author "gough @VERSION@";
+include <math.h>;
+include "@NAME@_core.h";
+;;
+
+FUNCTION(_)
+{
+    double q[@NAME@_JOINTS], u[@NAME@_JOINTS], found[@NAME@_FOUND];
+    int finite = 1;
+    wrong_period = fabs(fperiod - @NAME@_PERIOD) > 0.01 * @NAME@_PERIOD;
+    for (int i = 0; i < @NAME@_JOINTS; i++) {
+        q[i] = position(i) / 1000.0;
+        u[i] = drive(i) * gain;
+        if (!isfinite(u[i])) {
+            u[i] = 0;
+            finite = 0;
+        }
+    }
+    @NAME@_observer_step(state, q, u, good && finite ? 1.0 : 0.0, found);
+    for (int i = 0; i < 6; i++) {
+        wrench(i) = found[i];
+        hidden(i) = found[6 + i];
+    }
+    held = found[12] != 0;
+}
+
+EXTRA_SETUP()
+{
+    (void)prefix;
+    (void)extra_arg;
+    @NAME@_observer_start(state);
+    return 0;
+}
