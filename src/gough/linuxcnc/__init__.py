@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .program import RecordedProgram
 from .record import Recording, record
 
-__all__ = ["Recording", "record"]
+__all__ = ["RecordedProgram", "Recording", "record"]
