@@ -116,7 +116,7 @@ def trace(function: ca.Function) -> Tape:
     outputs = [function.sparsity_out(j) for j in range(function.n_out())]
     exact = any(function.instruction_id(k) == ca.OP_ERFINV for k in range(function.n_instructions()))
     numbers, results = _number(function, [_dense(s) for s in inputs], [_dense(s) for s in outputs], outputs)
-    nodes, results = _share_reciprocals(*_live(numbers.nodes, results))
+    nodes, results = _share_reciprocals(*live(numbers.nodes, results))
     sizes_in, sizes_out = (tuple(s.numel() for s in sparsities) for sparsities in (inputs, outputs))
     return Tape(name, sizes_in, sizes_out, tuple(nodes), tuple(tuple(r) for r in results), exact)
 
@@ -169,7 +169,7 @@ def _unknown(function, opcode: int) -> InputError:
     )
 
 
-def _live(nodes, results):
+def live(nodes, results):
     """Without the values that no output needs."""
     needed = [False] * len(nodes)
     for numbers in results:

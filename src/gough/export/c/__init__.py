@@ -1,0 +1,1 @@
+"""Plain C99 of what gough computes: kinematics, dynamics, controllers, observers."""
