@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ...errors import ExperimentError, SheetError
 from ...observe.disturbance import DisturbanceObserver
-from . import config, core, functions
+from . import config, core
 
 KINDS = ("hexapod", "hexaglide", "tripod")
 PERIOD, FERROR, MIN_FERROR = 1e-3, 1e-3, 0.1e-3  # s, m, m: LinuxCNC's servo period; what a good drive stays well below
@@ -53,13 +53,9 @@ def files_of(
         )  # fmt: skip
     found = (observer or DisturbanceObserver()).on(machine, period)
     words = core.words_of(machine, found, word)
-    words.update(
-        MIN_FERROR=repr(min_ferror * 1e3),
-        SLOPE=repr(0.0 if min_ferror == ferror else ferror / machine.limits.speed),
-        TITLE=machine.name,
-        AXIS_LETTERS=functions.axes_of(machine),
-    )
-    files = core.maths(machine, found, words)
+    words["MIN_FERROR"] = repr(min_ferror * 1e3)
+    words["SLOPE"] = repr(0.0 if min_ferror == ferror else ferror / machine.limits.speed)
+    files = core.maths(machine, found, word)
     files[f"{word}_kins.c"] = core.filled(core.template("kins.c"), words)
     for part in ("observer", "feedforward", "following"):
         files[f"{word}_{part}.comp"] = core.filled(core.template(f"{part}.comp"), words)

@@ -1,12 +1,12 @@
 component @NAME@_following "Following error of the joints of @MACHINE@ against gough's law of supervision.";
 // SPDX-License-Identifier: GPL-2.0-or-later
-pin in float command-#[@N@] "joint.N.pos-cmd, mm";
-pin in float velocity-#[@N@] "joint.N.vel-cmd, mm/s";
-pin in float position-#[@N@] "joint.N.pos-fb, mm";
+pin in float command-#[@JOINTS@] "joint.N.pos-cmd, mm";
+pin in float velocity-#[@JOINTS@] "joint.N.vel-cmd, mm/s";
+pin in float position-#[@JOINTS@] "joint.N.pos-fb, mm";
 pin in bit enable = TRUE;
 pin in bit reset;
-pin out float error-#[@N@] "mm";
-pin out float allowed-#[@N@] "mm";
+pin out float error-#[@JOINTS@] "mm";
+pin out float allowed-#[@JOINTS@] "mm";
 pin out bit tripped "latched until reset";
 pin out s32 joint = -1 "which joint tripped first";
 param rw float least = @MIN_FERROR@ "allowed at rest, mm";
@@ -24,7 +24,7 @@ FUNCTION(_)
         tripped = 0;
         joint = -1;
     }
-    for (int i = 0; i < @N@; i++) {
+    for (int i = 0; i < @JOINTS@; i++) {
         const double grown = slope * fabs(velocity(i));
         allowed(i) = grown > least ? grown : least;
         error(i) = command(i) - position(i);

@@ -1,7 +1,7 @@
 component @NAME@_observer "Wrench on the tool of @MACHINE@, out of joint positions and drive forces.";
 // SPDX-License-Identifier: GPL-2.0-or-later
-pin in float position-#[@N@] "joints as the encoders read them, mm";
-pin in float drive-#[@N@] "what the drives apply: current, torque or force, times gain a force";
+pin in float position-#[@JOINTS@] "joints as the encoders read them, mm";
+pin in float drive-#[@JOINTS@] "what the drives apply: current, torque or force, times gain a force";
 pin in bit good = TRUE "FALSE where there is no such sample";
 pin out float wrench-#[6] "on the tool at its tip, N and N m in the machine's frame W";
 pin out float hidden-#[6] "what friction may hide of it";
@@ -10,7 +10,7 @@ pin out bit wrong-period "the thread's period is not that of the observer";
 param rw float gain = 1.0 "N of a joint for each unit of its drive";
 option singleton yes;
 option extra_setup yes;
-variable double state[@NS@];
+variable double state[@STATES@];
 function _ fp;
 license "GPL";
 author "gough @VERSION@";
@@ -18,12 +18,16 @@ include <math.h>;
 include "@NAME@_core.h";
 ;;
 
+static const double state_home[@STATES@] = {
+@STATE_HOME@
+};
+
 FUNCTION(_)
 {
-    double q[@NAME@_JOINTS], u[@NAME@_JOINTS], found[@NAME@_FOUND];
+    double q[@JOINTS@], u[@JOINTS@], found[13], ready;
     int finite = 1;
-    wrong_period = fabs(fperiod - @NAME@_PERIOD) > 0.01 * @NAME@_PERIOD;
-    for (int i = 0; i < @NAME@_JOINTS; i++) {
+    wrong_period = fabs(fperiod - @PERIOD@) > 0.01 * @PERIOD@;
+    for (int i = 0; i < @JOINTS@; i++) {
         q[i] = position(i) / 1000.0;
         u[i] = drive(i) * gain;
         if (!isfinite(u[i])) {
@@ -31,7 +35,8 @@ FUNCTION(_)
             finite = 0;
         }
     }
-    @NAME@_observer_step(state, q, u, good && finite ? 1.0 : 0.0, found);
+    ready = good && finite ? 1.0 : 0.0;
+    @NAME@_core_observe(state, q, u, &ready, found, state);
     for (int i = 0; i < 6; i++) {
         wrench(i) = found[i];
         hidden(i) = found[6 + i];
@@ -43,6 +48,6 @@ EXTRA_SETUP()
 {
     (void)prefix;
     (void)extra_arg;
-    @NAME@_observer_start(state);
+    for (int i = 0; i < @STATES@; i++) state[i] = state_home[i];
     return 0;
 }
