@@ -174,8 +174,11 @@ def _recording(rows: dict[str, np.ndarray], period: float, d: int, said) -> Reco
     first = int(held[-1]) + 1 if len(held) else 0
     if first >= len(rows["inhibit"]) - 2:
         raise RunError("LinuxCNC did not run the program: nothing was released")
+    # up to where the joints stand for good: how long LinuxCNC idles behind that is chance
+    moving = np.flatnonzero((rows["joint"] != rows["joint"][-1]).any(1))
+    stop = max(int(moving[-1]) + 2 if len(moving) else 0, first + 4)
     scale = np.array([1e-3] * 3 + [_ROTARY] * 3)[:d]
-    part = slice(first, None)
+    part = slice(first, stop)
     return Recording(
         period, rows["axis"][part] * scale, rows["joint"][part] * 1e-3, rows["joint_rate"][part] * 1e-3,
         rows["joint_acceleration"][part] * 1e-3, rows["line"][part].astype(int), rows, first, said,
