@@ -9,6 +9,7 @@ between two numbers, no memory of its own.
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Sequence
 
@@ -17,7 +18,7 @@ from ...kernel import ops
 from ...kernel.tape import Tape, constant, is_binary
 
 WIDTH = 110  # of a line of C; only lists of names are broken
-MOST_LIVE = 400  # doubles at once: 2.4 kB, below the 2560 B of which LinuxCNC's build warns
+MOST_LIVE = 260  # local doubles: 2.1 kB, below the 2560 B of which LinuxCNC's build warns
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
@@ -44,31 +45,43 @@ def parameters(tape: Tape, inputs: Sequence[str], outputs: Sequence[str]) -> lis
     return given + [f"double {n}[{size}]" for n, size in zip(outputs, tape.outputs, strict=True) if size]
 
 
-def function(tape: Tape, name: str, inputs: Sequence[str], outputs: Sequence[str], static: bool = True) -> str:
+def function(
+    tape: Tape, name: str, inputs: Sequence[str], outputs: Sequence[str], static: bool = True, work: bool = False
+) -> str:
     """The text of one function; `inputs` and `outputs` name its parameters.
+
+    With `work` it has a last parameter, `double work[]` of `spilled(tape)` entries, for values beyond `MOST_LIVE`.
 
     Raises
     ------
     InputError
-        more values at once than the frame of a real-time function has place for.
+        without `work`: more values at once than the frame of a real-time function has place for.
     """
-    head = f"{'static ' if static else ''}void {name}("
-    listed = _wrapped(", ".join(parameters(tape, inputs, outputs)) or "void", len(head))
     lines, slots = _body(tape, inputs, outputs)
-    if slots > MOST_LIVE:
+    listed = parameters(tape, inputs, outputs)
+    if work:
+        listed.append("double work[]")
+    elif slots > MOST_LIVE:
         raise InputError(
             f"{name} needs too many values at once for a frame of {8 * MOST_LIVE} B", value=str(slots),
             cure="split the function",
         )  # fmt: skip
-    names = _wrapped(", ".join(f"r{k}" for k in range(slots)), 11)
-    declared = f"    double {names};\n" if slots else ""
     used = {a for op, a, _ in tape.nodes if op == "input"}
     idle = [n for k, n in enumerate(inputs) if tape.inputs[k] and k not in used]
-    lines = [*(f"    (void){n};\n" for n in idle), *lines]
-    return f"{head}{listed})\n{{\n{declared}{''.join(lines)}}}\n"
+    idle += ["work"] if work and slots <= MOST_LIVE else []
+    head = f"{'static ' if static else ''}void {name}("
+    names = wrapped(", ".join(f"r{k}" for k in range(min(slots, MOST_LIVE))), 11)
+    body = [f"    double {names};\n"] if slots else []
+    body += [f"    (void){n};\n" for n in idle]
+    return f"{head}{wrapped(', '.join(listed) or 'void', len(head))})\n{{\n{''.join(body + lines)}}}\n"
 
 
-def _wrapped(text: str, indent: int) -> str:
+def spilled(tape: Tape) -> int:
+    """How many entries `work` must have."""
+    return max(0, _body(tape, ["x"] * len(tape.inputs), ["y"] * len(tape.outputs))[1] - MOST_LIVE)
+
+
+def wrapped(text: str, indent: int) -> str:
     words, lines, at = text.split(", "), [""], indent
     for k, word in enumerate(words):
         piece = word + (", " if k < len(words) - 1 else "")
@@ -86,7 +99,8 @@ def _body(tape: Tape, inputs, outputs):
     # an input that is an output itself is read before anything is stored
     early = {n for numbers in tape.results for n in numbers if tape.nodes[n][0] == "input"}
     place: dict[int, str] = {}
-    free: list[int] = []
+    slot_of: dict[int, int] = {}
+    free: list[int] = []  # a heap: the lowest first
     slots = 0
     lines = []
     for n, (op, a, b) in enumerate(tape.nodes):
@@ -96,20 +110,17 @@ def _body(tape: Tape, inputs, outputs):
         if op == "input" and n not in early:
             place[n] = f"{inputs[a]}[{b}]"
             continue
-        if op == "input":
-            text = f"{inputs[a]}[{b}]"
-        else:
-            used = (a, b) if is_binary(op) else (a,)
-            text = _expression(op, *(place[k] for k in used))
-            for k in dict.fromkeys(used):
-                if ends[k] == n and place[k].startswith("r") and place[k][1:].isdigit():
-                    free.append(int(place[k][1:]))
-        if free:
-            slot = free.pop()
-        else:
-            slot, slots = slots, slots + 1
-        place[n] = f"r{slot}"
-        lines.append(f"    r{slot} = {text};\n")
+        used = () if op == "input" else (a, b) if is_binary(op) else (a,)
+        text = _expression(op, *(place[k] for k in used)) if used else f"{inputs[a]}[{b}]"
+        for k in dict.fromkeys(used):
+            if ends[k] == n and k in slot_of:
+                heapq.heappush(free, slot_of[k])
+        if not free:
+            heapq.heappush(free, slots)
+            slots += 1
+        slot_of[n] = slot = heapq.heappop(free)
+        place[n] = f"r{slot}" if slot < MOST_LIVE else f"work[{slot - MOST_LIVE}]"
+        lines.append(f"    {place[n]} = {text};\n")
     for j, numbers in enumerate(tape.results):
         lines += [f"    {outputs[j]}[{k}] = {place[n]};\n" for k, n in enumerate(numbers)]
     return lines, slots
