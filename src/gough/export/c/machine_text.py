@@ -14,9 +14,9 @@ from .names import identifier
 
 CLOSED = 1e-9  # m; machine/tripod.py refuses a tool tip whose joints miss their planes by more
 
-_INCLUDES = "#include <float.h>\n#include <math.h>\n#include <stddef.h>\n#include <string.h>\n"
+INCLUDES = "#include <float.h>\n#include <math.h>\n#include <stddef.h>\n#include <string.h>\n"
 
-_FINITE = """
+FINITE = """
 static int $N_finite(const double x[], int count)
 {
     int k;
@@ -112,7 +112,7 @@ def machine_text(name: str, machine: Machine) -> tuple[str, str]:
     for key, one in (kinematic_functions(machine) | dynamic_functions(machine)).items():
         tape = constant_tape(one, {"theta": machine.theta})
         printed[key] = printer.function(tape, f"{name}_{key}_of", one.name_in(), one.name_out())
-    parts = [_FINITE, printed["coordinates"], printed["inverse"], printed["jacobian"], printed["landing"], _INVERSE]
+    parts = [FINITE, printed["coordinates"], printed["inverse"], printed["jacobian"], printed["landing"], _INVERSE]
     if closed_form(machine):
         parts += [printed["direct"], solver_text.FORWARD_HEAD + solver_text.FORWARD_DIRECT + solver_text.FORWARD_TAIL]
     else:
@@ -122,7 +122,7 @@ def machine_text(name: str, machine: Machine) -> tuple[str, str]:
     parts += [_JACOBIAN, _LIMITS, printed["inverse_dynamics"], _DYNAMICS]
     what = f"{machine.name}: kinematics and inverse dynamics"
     body = _filled("\n".join(part.strip("\n") + "\n" for part in parts), values)
-    c = head(what) + f'#include "{name}.h"\n\n{_INCLUDES}\n{CONTRACT}\n' + _tables(name, machine) + body
+    c = head(what) + f'#include "{name}.h"\n\n{INCLUDES}\n{CONTRACT}\n' + _tables(name, machine) + body
     return c, head(what) + guarded(name, _filled(HEADER, values | told(machine)).strip("\n"))
 
 
