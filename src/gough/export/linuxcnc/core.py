@@ -11,10 +11,10 @@ import numpy as np
 from ... import __version__
 from ...errors import ExperimentError
 from ...kernel.building import BUILDING
-from ...kernel.pack import flatten
 from ..c import names, printer
 from ..c.functions import print_functions
 from ..c.machine_text import machine_text
+from ..c.step_text import observer_stepped, step_text
 from . import functions
 
 LONGEST = 20  # letters: HAL's names have 47, and "NAME-feedforward.acceleration-0" is one of them
@@ -51,22 +51,21 @@ def filled(text: str, words: dict[str, object]) -> str:
 
 def words_of(machine, observer, name: str) -> dict[str, object]:
     """What the files of a machine say in place of their @WORDS@."""
-    state = np.ravel(flatten(observer.init(machine.home)))
-    texts = [printer.number(float(value)) for value in state]
-    rows = ",\n".join("    " + ", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4))
     return {
         "NAME": name, "UPPER": name.upper(), "MACHINE": machine.name, "VERSION": __version__,
-        "AXES": len(machine.task), "JOINTS": machine.joints_count, "STATES": len(state), "STATE_HOME": rows,
+        "AXES": len(machine.task), "JOINTS": machine.joints_count,
         "PERIOD": printer.number(observer.period), "LETTERS": functions.axes_of(machine),
     }  # fmt: skip
 
 
 def maths(machine, observer, name: str) -> dict[str, str]:
-    """Texts of the generated files by name: NAME.c, .h of export/c and NAME_core.c, .h of functions.py."""
+    """Texts of the generated files by name: NAME.c, NAME_wrench.c of export/c, NAME_core.c of functions.py, and headers."""
     c, h = machine_text(name, machine)
     with BUILDING:
-        built = [*functions.frames(machine), functions.feedforward(machine), functions.observe(observer)]
-    constants = {"theta": np.asarray(machine.theta), "theta_observer": np.asarray(observer.theta)}
-    core_c, core_h = print_functions(f"{name}_core", built, constants)
+        built = [*functions.frames(machine), functions.feedforward(machine)]
+        stepped = observer_stepped(f"{name}_wrench", observer, machine.home)
+    core_c, core_h = print_functions(f"{name}_core", built, {"theta": np.asarray(machine.theta)})
+    wrench_c, wrench_h = step_text(stepped)
     texts = {f"{name}.c": c, f"{name}.h": h, f"{name}_core.c": core_c, f"{name}_core.h": core_h}
+    texts |= {f"{name}_wrench.c": wrench_c, f"{name}_wrench.h": wrench_h}
     return {file: NEUTRAL + text for file, text in texts.items()}

@@ -16,7 +16,6 @@ import numpy as np
 
 from ...frames import abc_of_rotation, rotation_of_abc, rotation_of_abc_np
 from ...mechanics.linear import solve_square, solve_square_transposed
-from ...observe.tasks import function_of
 
 
 def axes_of(machine) -> str:
@@ -55,11 +54,3 @@ def feedforward(machine) -> ca.Function:
     u = solve_square_transposed(J, machine.inverse_force(p, pi, z, v, vd))
     names = ["theta", "pose", "rate", "acceleration"]
     return ca.Function("feedforward", [theta, x, qd, qdd], [u], names, ["force"])
-
-
-def observe(observer) -> ca.Function:
-    """(theta_observer, state, joints, force, good) -> what is found, state after; see observe/tasks.py."""
-    f = function_of(observer)
-    given = ["theta_observer", "state", "joints", "force", "good"]
-    symbols = [ca.SX.sym(name, f.size1_in(i)) for i, name in enumerate(given)]
-    return ca.Function("observe", symbols, f.call(symbols, True, False), given, ["found", "after"])

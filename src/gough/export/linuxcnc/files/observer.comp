@@ -6,48 +6,43 @@ pin in bit good = TRUE "FALSE where there is no such sample";
 pin out float wrench-#[6] "on the tool at its tip, N and N m in the machine's frame W";
 pin out float hidden-#[6] "what friction may hide of it";
 pin out bit held "the wrench is that of an earlier sample";
+pin out s32 status "enum @NAME@_wrench_status of @NAME@_wrench.h";
 pin out bit wrong-period "the thread's period is not that of the observer";
 param rw float gain = 1.0 "N of a joint for each unit of its drive";
 option singleton yes;
 option extra_setup yes;
-variable double state[@STATES@];
+variable @NAME@_wrench_state state;
 function _ fp;
 license "GPL";
 author "gough @VERSION@";
 include <math.h>;
-include "@NAME@_core.h";
+include "@NAME@_wrench.h";
 ;;
-
-static const double state_home[@STATES@] = {
-@STATE_HOME@
-};
 
 FUNCTION(_)
 {
-    double q[@JOINTS@], u[@JOINTS@], found[13], ready;
-    int finite = 1;
+    double q[@JOINTS@], u[@JOINTS@], found[13];
     wrong_period = fabs(fperiod - @PERIOD@) > 0.01 * @PERIOD@;
     for (int i = 0; i < @JOINTS@; i++) {
         q[i] = position(i) / 1000.0;
         u[i] = drive(i) * gain;
-        if (!isfinite(u[i])) {
-            u[i] = 0;
-            finite = 0;
-        }
     }
-    ready = good && finite ? 1.0 : 0.0;
-    @NAME@_core_observe(state, q, u, &ready, found, state);
+    status = @NAME@_wrench_step(&state, q, u, good, found);
+    if (status == @UPPER@_WRENCH_NO_NUMBER) { /* what was found stays */
+        held = 1;
+        return;
+    }
     for (int i = 0; i < 6; i++) {
-        wrench(i) = found[i];
-        hidden(i) = found[6 + i];
+        wrench(i) = found[@UPPER@_WRENCH_FOUND_WRENCH_HAT + i];
+        hidden(i) = found[@UPPER@_WRENCH_FOUND_HIDDEN + i];
     }
-    held = found[12] != 0;
+    held = found[@UPPER@_WRENCH_FOUND_HELD] != 0;
 }
 
 EXTRA_SETUP()
 {
     (void)prefix;
     (void)extra_arg;
-    for (int i = 0; i < @STATES@; i++) state[i] = state_home[i];
+    @NAME@_wrench_start(&state);
     return 0;
 }
