@@ -89,7 +89,7 @@ def test_the_feedforward_is_our_inverse_dynamics_of_the_commanded_motion(made):
     rows = found.rows
     q = rows["joint"][part] * 1e-3
     zero = np.asarray(machine.program_zero)[: found.axis.shape[1]]
-    x = machine.forward_kinematics(q, near=found.axis[:: 7][: len(q)] * 0 + zero)
+    x = machine.forward_kinematics(q, near=(found.axis + zero)[::7][: len(q)])
     xd, xdd = _rates(Shape(machine))(
         machine.theta, machine.coordinates(x), rows["joint_rate"][part] * 1e-3, rows["joint_acceleration"][part] * 1e-3
     )
