@@ -316,23 +316,30 @@ def show(
 
 @app.command(rich_help_panel="Machines")
 def export(
-    what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
-    target: Annotated[str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio.")],
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
+    what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml); c: or an experiment.")],
+    target: Annotated[
+        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c: a folder of C99.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The file, or for c the folder.  [default: stdout]")
+    ] = None,
     loops: Annotated[
         str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
     ] = "default",
     timestep: Annotated[str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="c: what functions begin with.  [default: machine]")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Write a machine as the file of another program."""
+    """Write a machine as the file of another program, or a machine or experiment as C."""
 
     def work(outcome: Outcome) -> None:
         from .export import export_file
 
-        export_file(what, target, loops, timestep, out, force, outcome)
+        export_file(what, target, loops, timestep, name, out, force, outcome)
 
     return finish("export", work, json, debug)
 

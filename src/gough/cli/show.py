@@ -47,13 +47,14 @@ def show_anything(name: str, outcome: Outcome) -> None:
     path = nc_file(name)
     if path.suffix.lower() in SUFFIXES:
         show_program(path.name, lambda: load_program(path), outcome)
-    elif _is_experiment(path):
+    elif is_experiment(path):
         show_program(path.name, lambda: load_experiment(path).program, outcome)
     else:
         show_machine(name, outcome)
 
 
-def _is_experiment(path: Path) -> bool:
+def is_experiment(path: Path) -> bool:
+    """Whether a file is an experiment, by its schema."""
     if path.suffix.lower() != ".toml" or not path.exists():
         return False
     schema = read_toml(path).data.get("schema")

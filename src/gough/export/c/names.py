@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from ...errors import ExperimentError
 
-LONGEST = 31  # C99 5.2.4.1: what a linker must tell apart of an external name; ours add a word to it
+LONGEST = 31  # of the base; words are added to it, and compilers tell 63 letters apart
 _KEYWORDS = frozenset(
     "auto break case char const continue default do double else enum extern float for goto if inline int long register "
     "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm typeof "

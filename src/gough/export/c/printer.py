@@ -18,7 +18,8 @@ from ...kernel import ops
 from ...kernel.tape import Tape, constant, is_binary
 
 WIDTH = 110  # of a line of C; only lists of names are broken
-MOST_LIVE = 260  # local doubles: 2.1 kB, below the 2560 B of which LinuxCNC's build warns
+LOCAL = 150  # doubles of a function that has `work` for the rest
+MOST_LIVE = 320  # of one that has not: 2.6 kB where a compiler keeps every one in memory
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
@@ -50,14 +51,15 @@ def function(
 ) -> str:
     """The text of one function; `inputs` and `outputs` name its parameters.
 
-    With `work` it has a last parameter, `double work[]` of `spilled(tape)` entries, for values beyond `MOST_LIVE`.
+    With `work` it has a last parameter, `double work[]` of `spilled(tape)` entries, for values beyond `LOCAL`.
 
     Raises
     ------
     InputError
         without `work`: more values at once than the frame of a real-time function has place for.
     """
-    lines, slots = _body(tape, inputs, outputs)
+    local = LOCAL if work else MOST_LIVE
+    lines, slots = _body(tape, inputs, outputs, local)
     listed = parameters(tape, inputs, outputs)
     if work:
         listed.append("double work[]")
@@ -68,9 +70,9 @@ def function(
         )  # fmt: skip
     used = {a for op, a, _ in tape.nodes if op == "input"}
     idle = [n for k, n in enumerate(inputs) if tape.inputs[k] and k not in used]
-    idle += ["work"] if work and slots <= MOST_LIVE else []
+    idle += ["work"] if work and slots <= LOCAL else []
     head = f"{'static ' if static else ''}void {name}("
-    names = wrapped(", ".join(f"r{k}" for k in range(min(slots, MOST_LIVE))), 11)
+    names = wrapped(", ".join(f"r{k}" for k in range(min(slots, local))), 11)
     body = [f"    double {names};\n"] if slots else []
     body += [f"    (void){n};\n" for n in idle]
     return f"{head}{wrapped(', '.join(listed) or 'void', len(head))})\n{{\n{''.join(body + lines)}}}\n"
@@ -78,7 +80,7 @@ def function(
 
 def spilled(tape: Tape) -> int:
     """How many entries `work` must have."""
-    return max(0, _body(tape, ["x"] * len(tape.inputs), ["y"] * len(tape.outputs))[1] - MOST_LIVE)
+    return max(0, _body(tape, ["x"] * len(tape.inputs), ["y"] * len(tape.outputs), LOCAL)[1] - LOCAL)
 
 
 def wrapped(text: str, indent: int) -> str:
@@ -93,7 +95,7 @@ def wrapped(text: str, indent: int) -> str:
     return ("\n" + " " * indent).join(line.rstrip() for line in lines)
 
 
-def _body(tape: Tape, inputs, outputs):
+def _body(tape: Tape, inputs, outputs, local: int):
     """The statements, and how many local doubles they take."""
     ends = _last_uses(tape)
     # an input that is an output itself is read before anything is stored
@@ -119,7 +121,7 @@ def _body(tape: Tape, inputs, outputs):
             heapq.heappush(free, slots)
             slots += 1
         slot_of[n] = slot = heapq.heappop(free)
-        place[n] = f"r{slot}" if slot < MOST_LIVE else f"work[{slot - MOST_LIVE}]"
+        place[n] = f"r{slot}" if slot < local else f"work[{slot - local}]"
         lines.append(f"    {place[n]} = {text};\n")
     for j, numbers in enumerate(tape.results):
         lines += [f"    {outputs[j]}[{k}] = {place[n]};\n" for k, n in enumerate(numbers)]

@@ -15,7 +15,7 @@ from . import printer
 from .fold import baked
 from .functions import CONTRACT, guarded, head
 from .machine_text import FINITE, INCLUDES
-from .names import distinct, identifier
+from .names import distinct
 from .printer import number
 
 
@@ -79,7 +79,6 @@ def _traced(function):
 
 def step_text(one: Stepped) -> tuple[str, str]:
     """C and header text of a law or an observer."""
-    identifier(one.name)
     N, U = one.name, one.name.upper()
     size = max(1, len(flatten(one.state)))
     work = max(printer.spilled(tape) for _, tape, _ in one.tasks)
@@ -104,7 +103,9 @@ def step_text(one: Stepped) -> tuple[str, str]:
     arguments = _arguments(one)
     locals_ = "".join(f"    double out_{n}[{size_}];\n" for n, size_ in one.outputs.items())
     written = "".join(f"    memcpy({n}, out_{n}, sizeof out_{n});\n" for n in one.outputs)
-    checked = "".join(f"    if (!{N}_finite(out_{n}, {k}))\n        return {U}_NO_NUMBER;\n" for n, k in one.outputs.items())
+    checked = "".join(
+        f"    if (!{N}_finite(out_{n}, {k}))\n        return {U}_NO_NUMBER;\n" for n, k in one.outputs.items()
+    )
     body = f"""
 static const double {N}_first[{size}] = {{
     {first}}};
@@ -163,10 +164,14 @@ def _header(one: Stepped, size: int, work: int, arguments: str) -> str:
     for title, where, meaning in one.layout:
         lines.append(f"/* Entries of `{title}`{': ' + meaning if meaning else ''}, SI: */\n")
         for label, (key, part) in zip(distinct(where), where.items(), strict=True):
-            lines.append(f"#define {U}_{title.upper()}_{label.upper()} {part.start} /* {part.stop - part.start}: {key} */\n")
+            lines.append(
+                f"#define {U}_{title.upper()}_{label.upper()} {part.start} /* {part.stop - part.start}: {key} */\n"
+            )
     inner = f"    double now[{size}];\n    double next[{size}];\n" + (f"    double work[{work}];\n" if work else "")
     lines.append(f"typedef struct {{\n{inner}    int tick;\n}} {N}_state;\n")
-    lines.append(f"/* At rest where the export was made.  Call it before the first step. */\nvoid {N}_start({N}_state *s);\n")
+    lines.append(
+        f"/* At rest where the export was made.  Call it before the first step. */\nvoid {N}_start({N}_state *s);\n"
+    )
     lines.append(_contract(one) + f"int {N}_step({N}_state *s, {arguments});\n")
     return "\n".join(lines)
 

@@ -1,0 +1,68 @@
+"""The folder of an export: C files, headers, a self-test, a Makefile and a README, as texts by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...errors import ExperimentError
+from ...experiment.experiment import Experiment
+from ...kernel.pack import flatten
+from ...machine.base import Machine
+from ...program.reference import Reference
+from .check_text import check_text, step_rows
+from .machine_text import machine_text
+from .names import distinct, identifier, suggested
+from .readme import makefile, readme
+from .step_text import law_stepped, observer_stepped, step_text
+
+
+def c_files(what: Machine | Experiment, name: str | None = None) -> dict[str, str]:
+    """File name -> text of a machine, or of an experiment: its believed machine, its laws and its observer.
+
+    `name` begins every function; the machine's own if it is None, with _ for what C does not take.  Laws and observer
+    start at rest at the first reference of the program.
+
+    Raises
+    ------
+    ExperimentError
+        the name is no C identifier; a law is plain Python.
+    InputError
+        what cannot be printed.
+    """
+    if not isinstance(what, Machine | Experiment):
+        raise ExperimentError("only machines and experiments go into C", value=type(what).__name__)
+    machine = what.machine if isinstance(what, Experiment) else what
+    name = identifier(suggested(machine.name) if name is None else name)
+    stepped = _stepped(name, what) if isinstance(what, Experiment) else []
+    files = dict(zip((f"{name}.c", f"{name}.h"), machine_text(name, machine), strict=True))
+    for one, _ in stepped:
+        files |= dict(zip((f"{one.name}.c", f"{one.name}.h"), step_text(one), strict=True))
+    files[f"{name}_test.c"] = check_text(name, machine, stepped)
+    files["Makefile"] = makefile(name, [one.name for one, _ in stepped])
+    files["README.md"] = readme(name, machine, [one for one, _ in stepped])
+    return files
+
+
+def _stepped(name: str, experiment: Experiment) -> list[tuple[Any, list]]:
+    """Laws and observer of an experiment, each with recorded steps."""
+    machine, period = experiment.machine, experiment.run.period
+    reference = first_row(experiment)
+    u0 = machine.at_rest(reference.x)[1]
+    out = []
+    for label, one in zip(distinct(experiment.labels), experiment.controllers, strict=True):
+        law = one.law.on(machine, period)
+        out.append(law_stepped(f"{name}_{label}", law, reference, u0))
+    if experiment.observer is not None:
+        observer = experiment.observer.on(machine, period)
+        out.append(observer_stepped(f"{name}_observer", observer, reference.x))
+    row, q = flatten(reference), np.ravel(reference.q)
+    return [(one, step_rows(one, row, q, u0)) for one in out]
+
+
+def first_row(experiment: Experiment) -> Reference:
+    """The first sample of what the tool should do."""
+    period = experiment.run.period
+    columns = experiment.program.plan(experiment.machine).sample(0, 1, period)
+    return Reference(*(np.asarray(column)[0] for column in columns))
