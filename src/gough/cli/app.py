@@ -316,19 +316,21 @@ def show(
 
 @app.command(rich_help_panel="Machines")
 def export(
-    what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml); c: or an experiment.")],
+    what: Annotated[
+        str, typer.Argument(help="A library machine or a data sheet (.toml); c, linuxcnc: or an experiment.")
+    ],
     target: Annotated[
-        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c: a folder of C99.")
+        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c, linuxcnc: a folder.")
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="The file, or for c the folder.  [default: stdout]")
+        Path | None, typer.Option("--out", "-o", help="The file, or for c and linuxcnc the folder.  [default: stdout]")
     ] = None,
     loops: Annotated[
         str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
     ] = "default",
     timestep: Annotated[str | None, typer.Option("--timestep", help='mjcf: MuJoCo\'s step, as "0.25 ms".')] = None,
     name: Annotated[
-        str | None, typer.Option("--name", help="c: what functions begin with.  [default: machine]")
+        str | None, typer.Option("--name", help="c, linuxcnc: what names begin with.  [default: machine]")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,

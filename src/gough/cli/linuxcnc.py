@@ -1,4 +1,4 @@
-"""gough linuxcnc run: an NC program in LinuxCNC, its commands simulated; gough export --target linuxcnc."""
+"""gough linuxcnc run: an NC program in LinuxCNC, and its commands simulated."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import ExperimentError
 from ..experiment import Experiment, load_experiment
-from ..files import write_atomic
 from ..program.nc import NCProgram
 from ..units import to_si
 from .end import Outcome, show_warning
@@ -55,6 +54,7 @@ def run_in_linuxcnc(
         )
 
     def prepare(experiment: Experiment, folder: Path) -> Experiment:
+        from ..export.linuxcnc import options_of
         from ..linuxcnc import RecordedProgram, record
 
         with preparing(f"{experiment.name} in LinuxCNC", quiet):
@@ -71,41 +71,4 @@ def run_in_linuxcnc(
             outcome.say(*(f"LinuxCNC: {text}" for text in recording.said))
         return replace(experiment, program=RecordedProgram.of(experiment.program, recording, experiment.machine))
 
-    run_experiment(experiment, out, force, quiet, strict, outcome, prepare)
-
-
-def options_of(experiment: Experiment) -> dict[str, Any]:
-    """What an experiment says of an export: observer, servo period, following error."""
-    run = experiment.run
-    found: dict[str, Any] = {"period": run.period}
-    if experiment.observer is not None:
-        found["observer"] = experiment.observer
-    if run.ferror is not None:
-        found |= {"ferror": run.ferror, "min_ferror": run.min_ferror or run.ferror}
-    return found
-
-
-def export_folder(files: dict[str, str], out: Path, outcome: Outcome) -> None:
-    """Write the files of an export into a folder that is not there yet, all or none.
-
-    Raises
-    ------
-    ExperimentError
-        there is something in its place.
-    """
-    import shutil
-
-    target = out.absolute()
-    if target.exists() or target.is_symlink():
-        raise ExperimentError("there is something already", file=str(out), cure="give a folder that is not there yet")
-    partial = target.with_name(f".{target.name}.partial")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    shutil.rmtree(partial, ignore_errors=True)
-    try:
-        partial.mkdir()
-        for name, text in files.items():
-            write_atomic(partial / name, text)
-        partial.rename(target)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-    outcome.data.update(folder=str(out), files=sorted(files))
+    run_experiment(experiment, out, force, quiet, strict, outcome, prepare, "gough linuxcnc run")

@@ -45,14 +45,18 @@ def run_experiment(
     strict: bool,
     outcome: Outcome,
     prepare: Callable[[Experiment, Path], Experiment] | None = None,
+    command: str = "gough run",
 ) -> None:
-    """Run an experiment and write its results folder; `prepare` gives the one to run, and may write into the folder."""
+    """Run an experiment and write its results folder; `command` repeats it.
+
+    `prepare` gives the experiment to run in place of this one, and may write into the folder.
+    """
     target = out or Path("results") / experiment.name
     outcome.data.update(experiment=experiment.name, controllers=[], report=None)
     with results_folder(target, force) as folder:
         if prepare is not None:
             experiment = prepare(experiment, folder)
-        files = resolved(experiment)
+        files = resolved(experiment, command)
         for name, text in files.items():
             (folder / name).parent.mkdir(exist_ok=True)
             write_atomic(folder / name, text)

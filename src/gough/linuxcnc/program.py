@@ -37,7 +37,11 @@ class RecordedProgram(NCProgram):
     def to_file(self) -> dict[str, Any]:
         found = self._recording
         digest = hashlib.sha256(np.ascontiguousarray(found.joint).tobytes()).hexdigest()
-        return super().to_file() | {"planner": f"LinuxCNC {found.version}", "servo_period": found.period, "joints": digest}
+        return super().to_file() | {
+            "planner": f"LinuxCNC {found.version}",
+            "servo_period": found.period,
+            "joints": digest,
+        }
 
     def plan(self, machine) -> RecordedMotion:
         """The recorded motion.

@@ -1,8 +1,8 @@
 """record(part, machine): an NC program run by LinuxCNC itself, and every command of it at full precision.
 
-    a private folder: exported machine, compiled modules, program, clock
-    LinuxCNC in namespaces of its own (sandbox.py): on, homed, program, idle (session.py), samplers (channels.py)
-    Recording: the rows of the program, in m and rad
+a private folder: exported machine, compiled modules, program, clock
+LinuxCNC in namespaces of its own (sandbox.py): on, homed, program, idle (session.py), samplers (channels.py)
+Recording: the rows of the program, in m and rad
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def record(
         (folder / "record.hal").write_text(hal_of(channels))
         (folder / f"{word}.ini").write_text(_headless(files[f"{word}.ini"], word))
         (folder / "display.sh").write_text(
-            f'#!/bin/sh\nexec /usr/bin/python3 /mnt/session.py {part} {",".join(map(types_of, channels))} {timeout:g}\n'
+            f"#!/bin/sh\nexec /usr/bin/python3 /mnt/session.py {part} {','.join(map(types_of, channels))} {timeout:g}\n"
         )
         (folder / "display.sh").chmod(0o755)
         (folder / f"{word}.tbl").write_text("".join(f"T{k} P{k} D0 Z0\n" for k in range(1, 100)))
@@ -147,10 +147,13 @@ def _outcome(folder: Path, program: NCProgram) -> tuple[str, ...]:
             raise RunError("LinuxCNC did not end the program in time", cure="give a longer --timeout")
         line = _LINE.search(text)
         number = int(line[1]) if line else message["line"] or None
-        problems.append(Problem(f"LinuxCNC refuses it: {text}", file=program.name, line=number))
+        cure = "gough check says which limit" if "kinematicsInverse" in text else None
+        problems.append(Problem(f"LinuxCNC refuses it: {text}", file=program.name, line=number, cure=cure))
     if not problems:
         raise RunError("LinuxCNC ended without a word", value=sandbox.tail(folder / "linuxcnc.log"))
-    raise ProgramError(problems=problems)
+    # what follows from another refusal says nothing
+    said = [problem for problem in problems if "invalid params" not in problem.rule]
+    raise ProgramError(problems=said or problems)
 
 
 def _rows(folder: Path, channels) -> dict[str, np.ndarray]:

@@ -5,14 +5,50 @@ files_of(machine) gives the texts of all files by name; `gough export MACHINE --
 
 from __future__ import annotations
 
-from ...errors import ExperimentError, SheetError
+from typing import Any
+
+from ...errors import ExperimentError
 from ...observe.disturbance import DisturbanceObserver
 from . import config, core
 
 KINDS = ("hexapod", "hexaglide", "tripod")
 PERIOD, FERROR, MIN_FERROR = 1e-3, 1e-3, 0.1e-3  # s, m, m: LinuxCNC's servo period; what a good drive stays well below
 
-__all__ = ["KINDS", "files_of"]
+__all__ = ["KINDS", "files_of", "linuxcnc_files", "options_of"]
+
+
+def linuxcnc_files(what, name: str | None = None) -> dict[str, str]:
+    """Texts of the files of a machine, or of the machine, observer and supervision of an experiment, by file name.
+
+    Raises
+    ------
+    ExperimentError
+        as `files_of`.
+    """
+    if hasattr(what, "controllers"):
+        return files_of(what.machine, name, **options_of(what))
+    return files_of(what, name)
+
+
+def options_of(experiment) -> dict[str, Any]:
+    """What an experiment says of an export: observer, servo period, following error."""
+    run, observer = experiment.run, experiment.observer
+    found: dict[str, Any] = {"period": run.period}
+    if observer is not None:
+        if not isinstance(observer, DisturbanceObserver):
+            raise ExperimentError(
+                "only a disturbance observer is exported to LinuxCNC", key="observer.kind", value=observer.kind,
+                cure='write kind = "disturbance", or leave [observer] out',
+            )  # fmt: skip
+        if observer.period not in (None, run.period):
+            raise ExperimentError(
+                "in LinuxCNC the observer runs at the servo period", key="observer.period",
+                value=f"{observer.period:g} s", limit=f"{run.period:g} s",
+            )  # fmt: skip
+        found["observer"] = observer
+    if run.ferror is not None:
+        found |= {"ferror": run.ferror, "min_ferror": run.min_ferror or run.ferror}
+    return found
 
 
 def files_of(

@@ -38,7 +38,9 @@ def check_limits(machine) -> None:
         ("limits.workspace", limits.workspace, 'workspace = { radius = "0.25 m", height = "0.2 m", ... }'),
     ]
     wrong = [
-        Problem("a machine for LinuxCNC must have its limits", key=key, cure=f"write {text} in [limits] of {machine.name}")
+        Problem(
+            "a machine for LinuxCNC must have its limits", key=key, cure=f"write {text} in [limits] of {machine.name}"
+        )
         for key, value, text in asked
         if value is None
     ]
@@ -133,7 +135,7 @@ def hal(machine, words: dict[str, object]) -> str:
         ]
     lines += [
         "",
-        "net homed motion.is-all-homed => " f"{comp}-observer.good {comp}-following.enable {comp}-feedforward.enable",
+        f"net homed motion.is-all-homed => {comp}-observer.good {comp}-following.enable {comp}-feedforward.enable",
         "net estop iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in",
         "net tool-change iocontrol.0.tool-change => iocontrol.0.tool-changed",
         "net tool-prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared",
