@@ -20,7 +20,8 @@ PLATFORM = [[-1, 11.5], [1, 11.5], [10.459, -4.884], [9.459, -6.616], [-9.459, -
 
 PARTS = {
     "corners": "G21 G90 G64 P0.05\nG1 F3000 X20\nG1 Y20\nG2 X0 Y0 I-10 J-10\nG1 Z-5\nM2\n",
-    "tilted": "G21 G90 G61\nG1 F1200 X15 A6 B-4\nG64 P0.1\nG3 X0 Y15 I-15 A-3\nG93\nG1 F30 Z8 C12\nG94\nG0 X0 Y0 Z0 A0 B0 C0\nM2\n",
+    "tilted": "G21 G90 G61\nG1 F1200 X15 A6 B-4\nG64 P0.1\nG3 X0 Y15 I-15 A-3\nG93\nG1 F30 Z8 C12\nG94\n"
+    "G0 X0 Y0 Z0 A0 B0 C0\nM2\n",
     "turned": "G21 G90\nG1 F1200 C70\nG1 X40 Y40\nM2\n",
     "line": "G21 G90\nG1 F3000 X30 Y-10 Z5\nG4 P0.1\nG1 X0 Y0 Z0\nM2\n",
 }

@@ -51,8 +51,8 @@ def export_folder(
     """The files of a target that needs a folder, {name: text}, written into the folder `path` where one is given.
 
     target "c": a machine or an experiment in C99, see `gough.export.c.folder.c_files`.
-    target "linuxcnc": a machine, or that of an experiment, see `gough.export.linuxcnc.linuxcnc_files`.  The folder is there whole or
-    not at all; one that gough did not make is refused, unless `force`.
+    target "linuxcnc": a machine, or that of an experiment, see `gough.export.linuxcnc.linuxcnc_files`.
+    The folder is there whole or not at all; one that gough did not make is refused, unless `force`.
 
     Raises
     ------

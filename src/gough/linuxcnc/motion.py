@@ -3,7 +3,8 @@ r"""A recorded motion as the reference of a simulation: what LinuxCNC commands i
 LinuxCNC hands its joints a cubic spline through waypoints q_k = inverse(pose_k), one each servo period T, and two
 periods later; what it commands at the knots is
 
-    q = (q_{k-1} + 4 q_k + q_{k+1}) / 6,   q' = (q_{k+1} - q_{k-1}) / 2T,   q'' = (q_{k+1} - 2 q_k + q_{k-1}) / T^2    (1)
+    q = (q_{k-1} + 4 q_k + q_{k+1}) / 6,   q' = (q_{k+1} - q_{k-1}) / 2T,                                          (1)
+    q'' = (q_{k+1} - 2 q_k + q_{k-1}) / T^2
 
 and was recorded; between the knots q'' is linear.  So joints, speeds and accelerations are those of the planner at any
 period, without a difference quotient.  The tool follows from them,
@@ -54,7 +55,7 @@ class RecordedMotion(Motion):
         self._pose = self._in_W(recording.axis[late])
         self._line = recording.line[late]
         x, xd, xdd = self._tool(*self._knots, self._pose)
-        v, a = xd[:, :3], xdd[:, :3]
+        v = xd[:, :3]
         speed = norm(v)
         self._speed = speed
         travelled = np.cumsum((speed[1:] + speed[:-1]) / 2 * self._period)

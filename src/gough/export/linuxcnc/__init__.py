@@ -75,7 +75,8 @@ def files_of(
     if getattr(machine, "kind", None) not in KINDS:
         raise ExperimentError(
             "no kinematics for LinuxCNC for this kind of machine", key="machine",
-            value=f"{machine.name}: {getattr(machine, 'kind', type(machine).__name__)}", cure=f"one of {', '.join(KINDS)}",
+            value=f"{getattr(machine, 'name', '')}: {getattr(machine, 'kind', type(machine).__name__)}",
+            cure=f"one of {', '.join(KINDS)}",
         )  # fmt: skip
     machine = machine.rigid
     word = core.identifier(machine, name)

@@ -59,7 +59,7 @@ def words_of(machine, observer, name: str) -> dict[str, object]:
 
 
 def maths(machine, observer, name: str) -> dict[str, str]:
-    """Texts of the generated files by name: NAME.c, NAME_wrench.c of export/c, NAME_core.c of functions.py, and headers."""
+    """Generated files by name: NAME.c, NAME_wrench.c of export/c, NAME_core.c of functions.py, and headers."""
     c, h = machine_text(name, machine)
     with BUILDING:
         built = [*functions.frames(machine), functions.feedforward(machine)]
