@@ -7,11 +7,12 @@ setuid bit, so that the faster clock can be loaded before it.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import shutil
+import signal
 import subprocess
-import time
 from importlib import resources
 from pathlib import Path
 
@@ -70,7 +71,8 @@ def check() -> None:
 def _spaces() -> list[str]:
     own = ["--user", "--map-root-user"] if os.geteuid() else []
     kinds = ["--pid", "--net", "--ipc", "--mount", "--mount-proc"]
-    return ["unshare", *own, *kinds, "--fork", "--kill-child=KILL"]
+    # should gough be killed itself, unshare goes with it, and its child with that
+    return ["setpriv", "--pdeathsig", "KILL", "unshare", *own, *kinds, "--fork", "--kill-child=KILL"]
 
 
 def compile_modules(folder: Path) -> None:
@@ -150,11 +152,21 @@ def run_inside(folder: Path, ini: str, speed: int, seconds: float) -> str:
                 cure="give a longer --timeout",
             ) from None  # fmt: skip
         finally:
-            if process.poll() is None:
-                process.kill()  # unshare's child, the first of its namespace, dies with it, and all others with that
-            process.wait(30)
-            time.sleep(0)
+            _end(process)
     return log.read_text(errors="replace")
+
+
+def _end(process: subprocess.Popen) -> None:
+    """End unshare's child, the first process of its namespace: all others die with it, and unshare waits for them."""
+    if process.poll() is None:
+        with contextlib.suppress(OSError):
+            for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
+                os.kill(int(child), signal.SIGKILL)
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    process.wait(30)
 
 
 def tail(log: Path, lines: int = 6) -> str:
