@@ -40,7 +40,12 @@ def default_hexapod():
     })  # fmt: skip
 
 
+@functools.cache
 def machine_of(name: str):
+    """A library machine; LinuxCNC's default hexapod; or a library machine whose home is tilted, turned and aside."""
+    if name == "turned-home":
+        home = [0.02, -0.01, 0.015, 0.03, -0.05, 0.2]
+        return load_machine("nist-octahedral").replace(home=home)
     return default_hexapod() if name == "default-hexapod" else load_machine(name)
 
 

@@ -34,7 +34,18 @@ def called(arguments, capsys):
 def test_the_contour_error_has_the_blending_of_linuxcnc_in_it(tmp_path, capsys):
     part = tmp_path / "corner.ngc"
     part.write_text(CORNER.format(p=0.3))
-    given = ["linuxcnc", "run", part, "-m", "nist-octahedral", "-c", "computed_torque", "-o", tmp_path / "out", "--json"]
+    given = [
+        "linuxcnc",
+        "run",
+        part,
+        "-m",
+        "nist-octahedral",
+        "-c",
+        "computed_torque",
+        "-o",
+        tmp_path / "out",
+        "--json",
+    ]
     status, told = called(given, capsys)
     answer = json.loads(told.out)
     assert status == 0 and answer["schema"] == "gough-linuxcnc-1" and answer["linuxcnc"]["version"] == "2.9"
@@ -54,7 +65,10 @@ def test_the_contour_error_has_the_blending_of_linuxcnc_in_it(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("G21 G90\nG1 F600 X5\nG1 X400\nM2\n", "part.ngc:3: LinuxCNC refuses it: Linear move on line 3 would exceed X's"),
+        (
+            "G21 G90\nG1 F600 X5\nG1 X400\nM2\n",
+            "part.ngc:3: LinuxCNC refuses it: Linear move on line 3 would exceed X's",
+        ),
         ("G21 G90\nG1 F600 X240\nG1 Y240\nM2\n", "part.ngc:3: .* fails kinematicsInverse; gough check says which"),
     ],
     ids=["axis", "machine"],
@@ -79,7 +93,9 @@ def test_ctrl_c_ends_linuxcnc_and_writes_nothing(tmp_path):
     part = tmp_path / "slow.ngc"
     part.write_text("G21 G90\nG1 F60 X100\nM2\n")
     command = [sys.executable, "-m", "gough", "linuxcnc", "run", str(part), "-m", "nist-octahedral", "--speed", "1"]
-    process = subprocess.Popen([*command, "-o", str(tmp_path / "out")], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [*command, "-o", str(tmp_path / "out")], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
     until = time.monotonic() + 60
     while not _left() and time.monotonic() < until:
         time.sleep(0.2)
@@ -133,7 +149,9 @@ def test_where_linuxcnc_cannot_run_the_reason_and_the_cure_are_told(reason, cure
     assert os.listdir(tmp_path) == ["part.ngc"]
 
 
-@pytest.mark.parametrize(("option", "value"), [("speed", 0), ("speed", 51), ("timeout", 0.0), ("timeout", float("nan"))])
+@pytest.mark.parametrize(
+    ("option", "value"), [("speed", 0), ("speed", 51), ("timeout", 0.0), ("timeout", float("nan"))]
+)
 def test_a_clock_that_cannot_run_is_refused(option, value, monkeypatch):
     monkeypatch.setattr(sandbox, "missing", lambda: None)
     with pytest.raises(ExperimentError, match=f"--{option}"):
