@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ...errors import ExperimentError
-from ...experiment.experiment import Experiment
 from ...kernel.pack import flatten
 from ...machine.base import Machine
 from ...program.reference import Reference
@@ -18,8 +17,8 @@ from .readme import makefile, readme
 from .step_text import law_stepped, observer_stepped, step_text
 
 
-def c_files(what: Machine | Experiment, name: str | None = None) -> dict[str, str]:
-    """File name -> text of a machine, or of an experiment: its believed machine, its laws and its observer.
+def c_files(what: Any, name: str | None = None) -> dict[str, str]:
+    """File name -> text of a Machine, or of an Experiment: its believed machine, its laws and its observer.
 
     `name` begins every function; the machine's own if it is None, with _ for what C does not take.  Laws and observer
     start at rest at the first reference of the program.
@@ -31,11 +30,12 @@ def c_files(what: Machine | Experiment, name: str | None = None) -> dict[str, st
     InputError
         what cannot be printed.
     """
-    if not isinstance(what, Machine | Experiment):
+    experiment = None if isinstance(what, Machine) else what  # a room upstairs, so it is told by what it has
+    if experiment is not None and not all(hasattr(what, key) for key in ("machine", "program", "controllers", "run")):
         raise ExperimentError("only machines and experiments go into C", value=type(what).__name__)
-    machine = what.machine if isinstance(what, Experiment) else what
+    machine = what if experiment is None else experiment.machine
     name = identifier(suggested(machine.name) if name is None else name)
-    stepped = _stepped(name, what) if isinstance(what, Experiment) else []
+    stepped = [] if experiment is None else _stepped(name, experiment)
     files = dict(zip((f"{name}.c", f"{name}.h"), machine_text(name, machine), strict=True))
     for one, _ in stepped:
         files |= dict(zip((f"{one.name}.c", f"{one.name}.h"), step_text(one), strict=True))
@@ -45,7 +45,7 @@ def c_files(what: Machine | Experiment, name: str | None = None) -> dict[str, st
     return files
 
 
-def _stepped(name: str, experiment: Experiment) -> list[tuple[Any, list]]:
+def _stepped(name: str, experiment: Any) -> list[tuple[Any, list]]:
     """Laws and observer of an experiment, each with recorded steps."""
     machine, period = experiment.machine, experiment.run.period
     reference = first_row(experiment)
@@ -61,7 +61,7 @@ def _stepped(name: str, experiment: Experiment) -> list[tuple[Any, list]]:
     return [(one, step_rows(one, row, q, u0)) for one in out]
 
 
-def first_row(experiment: Experiment) -> Reference:
+def first_row(experiment: Any) -> Reference:
     """The first sample of what the tool should do."""
     period = experiment.run.period
     columns = experiment.program.plan(experiment.machine).sample(0, 1, period)

@@ -53,9 +53,10 @@ int $N_inverse(const double pose[$D], double joints[$J])
 _JACOBIAN = """
 int $N_jacobian(const double pose[$D], double jacobian[$J * $D])
 {
-    double J[$J * $D];
-    if (!$N_finite(pose, $D))
-        return $U_NOT_FINITE;
+    double J[$J * $D], q[$J];
+    const int status = $N_inverse(pose, q); /* a pose far out has a J of zeros */
+    if (status != $U_OK)
+        return status;
     $N_jacobian_of(pose, J);
     if (!$N_finite(J, $J * $D))
         return $U_UNREACHABLE;

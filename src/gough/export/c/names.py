@@ -9,13 +9,11 @@ from ...errors import ExperimentError
 
 LONGEST = 31  # of the base; words are added to it, and compilers tell 63 letters apart
 _KEYWORDS = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm typeof "
-    # also of C++ and of the files that are included
-    "class delete new private public protected this throw try catch template operator namespace using virtual bool "
-    "true false and or not xor main math core test index time"
-    .split()
-)  # fmt: skip
+    """auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while asm typeof
+    class delete new private public protected this throw try catch template operator namespace using virtual bool
+    true false and or not xor main math core test index time""".split()  # noqa: SIM905, of C, of C++, of what is included
+)
 
 
 def identifier(name: str, key: str = "name") -> str:

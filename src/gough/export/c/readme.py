@@ -19,6 +19,7 @@ test: {name}_test
 \t./{name}_test
 
 {name}_test: $(SOURCES) {name}_test.c $(SOURCES:.c=.h)
+\t@command -v $(firstword $(CC)) >/dev/null || {{ echo "no C compiler $(CC): install gcc, or make CC=..."; exit 1; }}
 \t$(CC) $(STRICT) $(CFLAGS) -o $@ $(SOURCES) {name}_test.c -lm
 
 clean:
@@ -40,7 +41,7 @@ def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
         "every function returns a status, and NaN or infinity goes neither in nor out unsaid. Units are SI (m, rad, s,",
         "kg, N); the headers say unit and frame of every argument.",
         "",
-        f"- `{name}.h`: `{name}_inverse`, `{name}_forward`, `{name}_jacobian`, `{name}_limits`, `{name}_inverse_dynamics`",
+        f"- `{name}.h`: `{name}_` with `inverse`, `forward`, `jacobian`, `limits`, `inverse_dynamics`",
         *(
             f"- `{one.name}.h`: `{one.name}_start`, `{one.name}_step`, every {one.period:g} s: {one.what}"
             for one in stepped
@@ -52,8 +53,8 @@ def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
         "The operations are those of the simulation, in its order, each rounded once. With the same libm, without",
         "-ffast-math and with -ffp-contract=off, `inverse`, `jacobian`, `inverse_dynamics` and every `step` give the",
         "bits of a simulation of one lane (several lanes fuse products and sums, and differ in the last digits);",
-        f"`{name}_forward` has a search of its own and agrees to 1e-12. -std=c99 turns fusing off in gcc, -std=gnu99",
-        "does not where the processor can fuse.",
+        "-std=c99 turns fusing off in gcc, -std=gnu99 does not where the processor can fuse. The forward kinematics",
+        "is written anew and agrees to 1e-12.",
         "",
         "Numbers of the machine stand in the code: another machine is another export.",
     ]
@@ -64,7 +65,9 @@ def _forward(name: str, machine: Machine) -> str:
     if closed_form(machine):
         return f"`{name}_forward` is a closed form."
     return (
-        f"`{name}_forward` takes the last good pose and gives the next, or a status and leaves the pose as it was. It is\n"
-        f"Newton's method with steps held back; it evaluates its equations at most {solver_text.MOST} times from the pose\n"
-        f"and, where that is in no state to start from, {solver_text.MOST} times from home."
+        f"`{name}_forward` takes the last good pose and gives the next, or a status and leaves the pose as it was. It\n"
+        "is Newton's method with steps held back, and never crosses a singularity; it evaluates its equations at most\n"
+        f"{solver_text.MOST} times from the pose and, where that is no start, {solver_text.MOST} times from home.\n"
+        "After a status that says the machine is too near to a singular pose, stop: joints alone do not tell on which\n"
+        "side of it a machine comes out."
     )

@@ -157,7 +157,8 @@ def _header(one: Stepped, size: int, work: int, arguments: str) -> str:
     N, U = one.name, one.name.upper()
     meaning = "the sample counted as missing, the step was taken" if one.steady else "nothing was done"
     lines = [
-        f"enum {N}_status {{\n    {U}_OK = 0,\n    {U}_NOT_FINITE = 1, /* an argument has NaN or infinity: {meaning} */\n"
+        f"enum {N}_status {{\n    {U}_OK = 0,\n"
+        f"    {U}_NOT_FINITE = 1, /* an argument has NaN or infinity: {meaning} */\n"
         f"    {U}_NO_NUMBER = 2   /* the result would be no number: state and outputs are those before */\n}};\n",
         f"#define {U}_PERIOD {number(one.period)} /* s: {one.period:g}; step() is called once in it */\n",
     ]
