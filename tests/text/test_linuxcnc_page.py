@@ -25,7 +25,7 @@ def test_the_python_of_the_page_prints_what_it_says():
 def test_the_page_names_every_component_and_its_pins():
     for part in ("observer", "feedforward", "following"):
         assert f"`NAME_{part}`" in PAGE
-    text = core.template("kins.c") + "".join(core.template(f"{p}.comp") for p in ("observer", "feedforward", "following"))
+    text = "".join(map(core.template, ("kins.c", "observer.comp", "feedforward.comp", "following.comp")))
     for pin in ("position-", "drive-", "wrench-", "force-", "tripped", "held", "gain", "kins.status", "kins.limit"):
         assert pin in PAGE and pin in text, pin
     assert len(KINDS) == 3 and all(word in PAGE for word in ("Hexapods", "hexaglides", "3-PRS"))
