@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import sys
+
 import numpy as np
 import pytest
 
 from gough.frames import abc_of_rotation_np, rotation_of_abc_np
 from gough.kernel.pack import flatten
 from gough.kernel.rows import compile_rows
+from gough.linuxcnc.channels import hal_of
 from gough.linuxcnc.motion import LATE
 from gough.observe.disturbance import DisturbanceObserver
 from gough.observe.tasks import function_of
@@ -102,6 +106,31 @@ def test_the_feedforward_is_our_inverse_dynamics_of_the_commanded_motion(made):
     force = machine.inverse_dynamics(x, xd, xdd)
     # poses agree to 1e-10 m, forces of some kN change by less than 1 MN/m
     assert np.abs(force - rows["force"][part]).max() < 1e-4
+
+
+def test_supervision_trips_at_the_first_sample_at_which_gough_s_law_does(monkeypatch):
+    from gough.linuxcnc import record as recorder
+
+    from .machines import program_of
+
+    # joint 2 follows as through a low pass, some 20 periods late; LinuxCNC's own supervision looks away
+    lag = "loadrt lowpass\naddf lowpass.0 servo-thread\nunlinkp joint.2.motor-pos-fb\nsetp lowpass.0.gain 0.05\n"
+    lag += "net joint2-motor => lowpass.0.in\nnet lagging lowpass.0.out => joint.2.motor-pos-fb\n"
+    module = sys.modules["gough.linuxcnc.record"]
+    headless = module._headless
+    monkeypatch.setattr(module, "hal_of", lambda channels: hal_of(channels) + lag)
+    monkeypatch.setattr(module, "_headless", lambda *ini: re.sub(r"FERROR = .*", "FERROR = 50", headless(*ini)))
+    machine, least, ferror = machine_of("nist-octahedral"), 0.1e-3, 0.9e-3
+    found = recorder(program_of("corners"), machine, timeout=60, ferror=ferror, min_ferror=least)
+    rows, slope = found.rows, ferror / machine.limits.speed
+    asked, speed = rows["joint"][:-1], np.abs(rows["joint_rate"][:-1])
+    allowed = np.maximum(slope * speed, least * 1e3)
+    assert np.array_equal(rows["allowed"][1:], allowed[:, 0])
+    beyond = (np.abs(asked - rows["read"][1:]) > allowed) & (rows["homed"][1:, None] != 0)
+    first = int(np.argmax(beyond.any(1)))
+    assert beyond.any() and np.flatnonzero(rows["tripped"])[0] == first + 1
+    assert rows["tripped"][first + 1 :].all()  # latched
+    assert rows["tripped_joint"][-1] == np.flatnonzero(beyond[first])[0] == 2
 
 
 def test_two_runs_are_the_same_to_the_last_bit_whatever_the_speed():

@@ -39,6 +39,10 @@ def channels_of(machine, name: str) -> list[list[Column]]:
     second = [Column(f"joint_rate[{i}]", f"joint.{i}.vel-cmd", "f", f"joint{i}-vel") for i in range(n)]
     second += [Column(f"joint_acceleration[{i}]", f"joint.{i}.acc-cmd", "f", f"joint{i}-acc") for i in range(n)]
     second += [Column(f"pose[{i}]", f"{name}.kins.{letter}", "f") for i, letter in enumerate(letters)]
+    second += [
+        Column("allowed", f"{comp}-following.allowed-0", "f"),
+        Column("tripped_joint", f"{comp}-following.joint", "s"),
+    ]
     third = [Column(f"read[{i}]", f"joint.{i}.pos-fb", "f", f"joint{i}-fb") for i in range(n)]
     third += [Column(f"force[{i}]", f"{comp}-feedforward.force-{i}", "f", f"joint{i}-force") for i in range(n)]
     third += [Column(f"wrench[{i}]", f"{comp}-observer.wrench-{i}", "f") for i in range(6)]
