@@ -34,18 +34,8 @@ def called(arguments, capsys):
 def test_the_contour_error_has_the_blending_of_linuxcnc_in_it(tmp_path, capsys):
     part = tmp_path / "corner.ngc"
     part.write_text(CORNER.format(p=0.3))
-    given = [
-        "linuxcnc",
-        "run",
-        part,
-        "-m",
-        "nist-octahedral",
-        "-c",
-        "computed_torque",
-        "-o",
-        tmp_path / "out",
-        "--json",
-    ]
+    out = tmp_path / "out"
+    given = f"linuxcnc run {part} -m nist-octahedral -c computed_torque -o {out} --json".split()
     status, told = called(given, capsys)
     answer = json.loads(told.out)
     assert status == 0 and answer["schema"] == "gough-linuxcnc-1" and answer["linuxcnc"]["version"] == "2.9"

@@ -84,7 +84,7 @@ def compile_modules(folder: Path) -> None:
         what the compiler said.
     """
     done = subprocess.run(
-        ["make", "-C", str(folder)], capture_output=True, text=True, errors="replace", timeout=600, check=False,
+        ["make", "-j4", "-C", str(folder)], capture_output=True, text=True, errors="replace", timeout=600, check=False,
         env=_environment(),
     )  # fmt: skip
     if done.returncode:
