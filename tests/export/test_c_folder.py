@@ -38,6 +38,16 @@ LIBRARY = ("okuma-pm600", "nist-octahedral", "eth-hexaglide", "ccu-3prs", "ifma-
 needs_make = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 
 
+SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def sanitizes(compiler, folder):
+    """Whether a compiler has its sanitizers at hand."""
+    (folder / "none.c").write_text("int main(void) { return 0; }\n")
+    command = [compiler, *SANITIZE, "none.c", "-o", "none"]
+    return subprocess.run(command, cwd=folder, capture_output=True, timeout=60, check=False).returncode == 0
+
+
 def made(folder, *options, **environment):
     """What `make test` in a folder says, and its exit status."""
     known = {key: value for key, value in os.environ.items() if key not in ("CC", "CFLAGS", "MAKEFLAGS")}
@@ -72,17 +82,20 @@ def test_an_experiment_passes_its_own_test_under_address_and_undefined_behaviour
     name = machine.replace("-", "_")
     for one in ("", "_pid", "_desired_torque_adaptive", "_observer"):
         assert {f"{name}{one}.c", f"{name}{one}.h"} <= set(files)
-    flags = "-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all"
-    assert made(tmp_path / "out", f"CC={compiler}", f"CFLAGS={flags}") == (0, f"{name}: all as recorded\n")
+    assert made(tmp_path / "out", f"CC={compiler}", f"CFLAGS=-O0 -g {' '.join(SANITIZE)}") == (
+        0,
+        f"{name}: all as recorded\n",
+    )
 
 
 @needs_gcc
 @needs_make
 @pytest.mark.full
+@pytest.mark.parametrize("theta", ["constant", "argument"])
 @pytest.mark.parametrize("machine", LIBRARY)
-def test_every_machine_passes_its_own_test(machine, tmp_path):
-    export_folder(gk.load_machine(machine), "c", tmp_path / "out")
-    assert made(tmp_path / "out", "CFLAGS=-Os")[0] == 0
+def test_every_machine_passes_its_own_test(machine, theta, tmp_path):
+    export_folder(gk.load_machine(machine), "c", tmp_path / "out", theta=theta)
+    assert made(tmp_path / "out", "CFLAGS=-O0")[0] == 0
 
 
 @needs_gcc
@@ -165,6 +178,7 @@ def test_a_machine_whose_sheet_has_no_limits_is_refused_before_anything_is_writt
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.full
 def test_a_machine_without_a_declared_workspace_is_exported_with_poses_about_home():
     machine = gk.load_machine(GENHEX).replace(**{"limits.workspace": None})
     files = c_files(machine, "open")
@@ -177,3 +191,11 @@ def test_targets_of_a_file_and_of_a_folder_are_not_mistaken():
         export(gk.load_machine("emps"), "c")
     with pytest.raises(ExperimentError, match="use export$"):
         export_folder(gk.load_machine("emps"), "mjcf")
+
+
+def test_the_numbers_of_a_machine_are_a_constant_or_an_argument():
+    header = c_files(gk.load_machine("emps"), theta="argument")["emps.h"]
+    assert "int emps_inverse(const double theta[" in header
+    assert "extern const double emps_theta[" in header
+    with pytest.raises(ExperimentError, match=r"theta: theta is a constant or an argument, got 'struct'"):
+        c_files(gk.load_machine("emps"), theta="struct")

@@ -64,6 +64,7 @@ def _poses(m, count, rng):
 def step_rows(one: Stepped, row: np.ndarray, joints: np.ndarray, applied: np.ndarray, ticks: int = TICKS):
     """Inputs and outputs of `ticks` steps from the start, about the start, by replay of the tapes: one lane's bits."""
     rng, state = np.random.default_rng(SEED), flatten(one.state)
+    numbers = one.part.theta if one.argument else np.zeros(0)
     rows = []
     for k in range(ticks):
         given = {"joints": joints + rng.normal(size=joints.size) * 1e-5, "applied": applied * rng.uniform(0.9, 1.1)}
@@ -74,19 +75,19 @@ def step_rows(one: Stepped, row: np.ndarray, joints: np.ndarray, applied: np.nda
         values = [given[n] for n in one.inputs]
         for _, tape, every in one.tasks:
             if k % every == 0:
-                *out, state = tape.replay(np.zeros(0), state, *values)
+                *out, state = tape.replay(numbers, state, *values)
         rows.append((values, np.concatenate(out), state))
     return rows
 
 
-def check_text(name: str, machine: Machine, stepped: list[tuple[Stepped, list]]) -> str:
-    """<name>_test.c."""
+def check_text(name: str, machine: Machine, stepped: list[tuple[Stepped, list]], argument: bool = False) -> str:
+    """<name>_test.c; with `argument` the functions take theta."""
     includes = "".join(f'#include "{n}.h"\n' for n in (name, *(one.name for one, _ in stepped)))
     rows = machine_rows(machine)
     parts = [head(f"{name}: self-test"), includes, "\n#include <math.h>\n#include <stdio.h>\n#include <string.h>\n"]
     parts.append(_HEAD.replace("$RELATIVE", f"{_RELATIVE:g}"))
     parts += [_table(key, value) for key, value in rows.items()]
-    parts.append(_machine_check(name, rows))
+    parts.append(_machine_check(name, rows, f"{name}_theta, " if argument else ""))
     for one, recorded in stepped:
         parts.append(_step_check(one, recorded))
     calls = "".join(f"    check_{n}();\n" for n in (name, *(one.name for one, _ in stepped)))
@@ -102,7 +103,7 @@ def _table(name: str, values: np.ndarray) -> str:
     return f"static const double {name}[{len(values)}][{values.shape[1]}] = {{\n{lines}}};\n"
 
 
-def _machine_check(name: str, rows) -> str:
+def _machine_check(name: str, rows, theta: str) -> str:
     d, n = rows["pose"].shape[1], rows["joints"].shape[1]
     return f"""
 static void check_{name}(void)
@@ -110,20 +111,20 @@ static void check_{name}(void)
     double q[{n}], x[{d}], J[{n * d}], u[{n}];
     int k, status;
     for (k = 0; k < {len(rows["pose"])}; ++k) {{
-        status = {name}_inverse(pose[k], q);
+        status = {name}_inverse({theta}pose[k], q);
         hold("{name}_inverse", k, status, 0, q, joints[k], {n});
         memcpy(x, {name}_home, sizeof x);
-        status = {name}_forward(joints[k], x, NULL);
+        status = {name}_forward({theta}joints[k], x, NULL);
         hold("{name}_forward", k, status, 0, x, pose[k], {d});
-        status = {name}_jacobian(pose[k], J);
+        status = {name}_jacobian({theta}pose[k], J);
         hold("{name}_jacobian", k, status, 0, J, jacobian[k], {n * d});
-        status = {name}_inverse_dynamics(pose[k], rate[k], acceleration[k], wrench[k], u);
+        status = {name}_inverse_dynamics({theta}pose[k], rate[k], acceleration[k], wrench[k], u);
         hold("{name}_inverse_dynamics", k, status, 0, u, force[k], {n});
     }}
     memcpy(q, joints[0], sizeof q);
     memcpy(x, pose[0], sizeof x);
     q[0] = NAN;
-    status = {name}_forward(q, x, NULL);
+    status = {name}_forward({theta}q, x, NULL);
     hold("{name}_forward of no number", 0, status, 1, x, pose[0], {d});
 }}
 """
@@ -135,7 +136,8 @@ def _step_check(one: Stepped, recorded) -> str:
         _table(f"{N}_{key}", np.array([values[i] for values, _, _ in recorded])) for i, key in enumerate(one.inputs)
     )
     tables += _table(f"{N}_expected", np.array([out for _, out, _ in recorded]))
-    given = ", ".join(f"(int){N}_good[k][0]" if n == "good" else f"{N}_{n}[k]" for n in one.inputs)
+    theta = f"{N}_theta, " if one.argument else ""
+    given = theta + ", ".join(f"(int){N}_good[k][0]" if n == "good" else f"{N}_{n}[k]" for n in one.inputs)
     return f"""{tables}
 static void check_{N}(void)
 {{

@@ -11,6 +11,7 @@ from .functions import CONTRACT, constant_tape, guarded, head
 from .header_text import HEADER, told
 from .machine_functions import closed_form, dynamic_functions, home_sign, kinematic_functions, reach, unknowns
 from .names import identifier
+from .theta_text import check_way, declaration, table, threaded
 
 CLOSED = 1e-9  # m; machine/tripod.py refuses a tool tip whose joints miss their planes by more
 
@@ -104,27 +105,56 @@ int $N_inverse_dynamics(const double pose[$D], const double rate[$D], const doub
 """
 
 
-def machine_text(name: str, machine: Machine) -> tuple[str, str]:
-    """C and header text of a machine.  InputError, ExperimentError as `functions.print_functions`."""
+def machine_text(name: str, machine: Machine, theta: str = "constant") -> tuple[str, str]:
+    """C and header text of a machine, its numbers put in or an "argument" (theta_text.py).
+
+    InputError, ExperimentError as `functions.print_functions`.
+    """
     identifier(name)
-    machine = machine.rigid
+    argument, machine = check_way(theta), machine.rigid
     values = _values(name, machine)
     printed = {}
     for key, one in (kinematic_functions(machine) | dynamic_functions(machine)).items():
-        tape = constant_tape(one, {"theta": machine.theta})
+        tape = constant_tape(one, {} if argument else {"theta": machine.theta})
         printed[key] = printer.function(tape, f"{name}_{key}_of", one.name_in(), one.name_out())
-    parts = [FINITE, printed["coordinates"], printed["inverse"], printed["jacobian"], printed["landing"], _INVERSE]
-    if closed_form(machine):
-        parts += [printed["direct"], solver_text.FORWARD_HEAD + solver_text.FORWARD_DIRECT + solver_text.FORWARD_TAIL]
-    else:
-        step = solver_text.STEP_TWIST if machine.pose_is_state else solver_text.STEP_PLAIN
-        parts += [printed["system"], printed["moved"], _LARGEST, solver_text.SOLVE, step, solver_text.SEARCH]
-        parts += [solver_text.FORWARD_HEAD + solver_text.FORWARD_SEARCH + solver_text.FORWARD_TAIL]
-    parts += [_JACOBIAN, _LIMITS, printed["inverse_dynamics"], _DYNAMICS]
+    body = {key: _filled(text.strip("\n") + "\n", values) for key, text in _texts(machine).items()}
+    header, tables = _filled(HEADER, values | told(machine)).strip("\n"), _tables(name, machine)
+    if argument:
+        count = len(machine.theta)
+        least = f"theta[{machine.names.index('limits.determinant')}]"
+        body = {key: threaded(text.replace(values["LEAST"], least), name, count) for key, text in body.items()}
+        header = declaration(name, machine) + threaded(header, name, count)
+        tables += table(name, machine)
+    order = [printed[key] if key in printed else body[key] for key in _order(machine)]
     what = f"{machine.name}: kinematics and inverse dynamics"
-    body = _filled("\n".join(part.strip("\n") + "\n" for part in parts), values)
-    c = head(what) + f'#include "{name}.h"\n\n{INCLUDES}\n{CONTRACT}\n' + _tables(name, machine) + body
-    return c, head(what) + guarded(name, _filled(HEADER, values | told(machine)).strip("\n"))
+    c = head(what) + f'#include "{name}.h"\n\n{INCLUDES}\n{CONTRACT}\n' + tables + "\n".join(order)
+    return c, head(what) + guarded(name, header)
+
+
+def _texts(m: Machine) -> dict[str, str]:
+    """The C of what is no printed function, by a name that no printed one has."""
+    search = solver_text.FORWARD_DIRECT if closed_form(m) else solver_text.FORWARD_SEARCH
+    return {
+        "finite": FINITE,
+        "largest": _LARGEST,
+        "solve": solver_text.SOLVE,
+        "step size": solver_text.STEP_TWIST if m.pose_is_state else solver_text.STEP_PLAIN,
+        "search": solver_text.SEARCH,
+        "inverse checked": _INVERSE,
+        "forward": solver_text.FORWARD_HEAD + search + solver_text.FORWARD_TAIL,
+        "jacobian checked": _JACOBIAN,
+        "limits": _LIMITS,
+        "dynamics checked": _DYNAMICS,
+    }
+
+
+def _order(m: Machine) -> list[str]:
+    """What stands in the file, each behind what it calls."""
+    found = ["direct"] if closed_form(m) else ["system", "moved", "largest", "solve", "step size", "search"]
+    return [
+        *("finite", "coordinates", "inverse", "jacobian", "landing", "inverse checked", *found, "forward"),
+        *("jacobian checked", "limits", "inverse_dynamics", "dynamics checked"),
+    ]
 
 
 def limit_names(machine: Machine) -> tuple[str, ...]:
@@ -147,6 +177,7 @@ def _values(name: str, m: Machine) -> dict[str, str]:
 
 
 def _filled(text: str, values: dict[str, str]) -> str:
+    # keys that a kind has no value for stand in texts that it does not use
     for key in sorted(values, key=len, reverse=True):
         text = re.sub(rf"\${key}(?![A-Z])", lambda _, key=key: values[key], text)
     return text

@@ -32,7 +32,7 @@ def makefile(name: str, stepped: list[str]) -> str:
     return _MAKE.format(name=name, sources=" ".join(f"{n}.c" for n in (name, *stepped)))
 
 
-def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
+def readme(name: str, machine: Machine, stepped: list[Stepped], argument: bool = False) -> str:
     """README.md."""
     lines = [
         f"# {name}: {machine.name} in C99",
@@ -56,7 +56,9 @@ def readme(name: str, machine: Machine, stepped: list[Stepped]) -> str:
         "-std=c99 turns fusing off in gcc, -std=gnu99 does not where the processor can fuse. The forward kinematics",
         "is written anew and agrees to 1e-12.",
         "",
-        "Numbers of the machine stand in the code: another machine is another export.",
+        "Numbers are an argument, `theta`; the tables `*_theta` are those of the sheet, in the order of the headers."
+        if argument
+        else "Numbers of the machine stand in the code; with --theta argument they would be an argument.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from ...control.base import Controller
 from ...errors import ExperimentError
 from ...kernel.pack import fields, flatten
+from ...kernel.tape import trace
 from ...observe.base import Observer
 from ...observe.tasks import fields_of, function_of
 from ...simulate import law_tasks
@@ -17,6 +18,7 @@ from .functions import CONTRACT, guarded, head
 from .machine_text import FINITE, INCLUDES
 from .names import distinct
 from .printer import number
+from .theta_text import check_way, declaration, table
 
 
 class Stepped(NamedTuple):
@@ -31,9 +33,11 @@ class Stepped(NamedTuple):
     layout: list[tuple[str, dict[str, slice], str]]  # what entries of arrays are: title, where each lies, meaning
     tasks: list[tuple[str, Any, int]]  # name, tape of (state, *inputs) -> (*outputs, state), every so many steps
     steady: bool  # a sample that is no number is answered too: `good` is 0
+    part: Any  # the law or the observer
+    argument: bool  # whether its numbers are an argument
 
 
-def law_stepped(name: str, law: Controller, reference: Any, u0) -> Stepped:
+def law_stepped(name: str, law: Controller, reference: Any, u0, theta: str = "constant") -> Stepped:
     """A law, bound by `on`, that starts at rest at the Reference row `reference` under joint forces u0 (n,) N.
 
     Raises
@@ -49,32 +53,32 @@ def law_stepped(name: str, law: Controller, reference: Any, u0) -> Stepped:
     state, n = law.init(reference, u0), law.machine.joints_count
     every = law_tasks.rates(law, law.period)
     found = law_tasks.tasks(law, state, reference, n, every)
-    tasks = [(task.name, baked(_traced(task.function), {0: law.theta}), task.every) for task in found]
+    tasks = [(task.name, _traced(task.function, law, check_way(theta)), task.every) for task in found]
     size = len(flatten(reference))
     layout = [("reference", fields(reference), "what tool and joints should do now"), ("state", fields(state), "")]
     inputs = {"reference": size, "joints": n, "applied": n}
     return Stepped(
-        name, f"{law.kind} on {law.machine.name}", law.period, state, inputs, {"command": n}, layout, tasks, False
-    )
+        name, f"{law.kind} on {law.machine.name}", law.period, state, inputs, {"command": n}, layout, tasks, False, law,
+        check_way(theta),
+    )  # fmt: skip
 
 
-def observer_stepped(name: str, observer: Observer, x0) -> Stepped:
+def observer_stepped(name: str, observer: Observer, x0, theta: str = "constant") -> Stepped:
     """An observer, bound by `on`, of a machine that stands at the pose x0 (d,)."""
     state, n = observer.init(x0), observer.machine.joints_count
     where = fields_of(observer)
     size = max(part.stop for part in where.values())
-    tape = baked(_traced(function_of(observer)), {0: observer.theta})
+    tape = _traced(function_of(observer), observer, check_way(theta))
     layout = [("found", where, "what is found"), ("state", fields(state), "")]
     return Stepped(
         name, f"{observer.kind} on {observer.machine.name}", observer.period, state,
         {"joints": n, "applied": n, "good": 1}, {"found": size}, layout, [("observe", tape, 1)], True,
+        observer, check_way(theta),
     )  # fmt: skip
 
 
-def _traced(function):
-    from ...kernel.tape import trace
-
-    return trace(function)
+def _traced(function, part, argument):
+    return trace(function) if argument else baked(trace(function), {0: part.theta})
 
 
 def step_text(one: Stepped) -> tuple[str, str]:
@@ -91,7 +95,11 @@ def step_text(one: Stepped) -> tuple[str, str]:
         printed.append(
             printer.function(tape, f"{N}_{label}_of", ["theta", "state", *one.inputs], outputs, work=work > 0)
         )
-        given = ["s->next" if tape.inputs[1] else "", *("good_" if n == "good" else n for n in one.inputs)]
+        given = [
+            "theta" if one.argument else "",
+            "s->next" if tape.inputs[1] else "",
+            *("good_" if n == "good" else n for n in one.inputs),
+        ]
         given += [*(f"out_{n}" for n in one.outputs), "s->next"] if last else ["s->next"]
         if not tape.outputs[-1]:
             given.pop()
@@ -127,13 +135,19 @@ int {N}_step({N}_state *s, {arguments})
 {written}    return {"status" if one.steady else U + "_OK"};
 }}
 """
-    c = head(one.what) + f'#include "{N}.h"\n\n{INCLUDES}\n{CONTRACT}\n' + FINITE.replace("$N", N).strip("\n")
+    c = (
+        head(one.what)
+        + f'#include "{N}.h"\n\n{INCLUDES}\n{CONTRACT}\n'
+        + (table(N, one.part) if one.argument else "")
+        + FINITE.replace("$N", N).strip("\n")
+    )
     c += "\n\n" + "\n".join(printed) + body
     return c, head(one.what) + guarded(N, _header(one, size, work, arguments))
 
 
 def _arguments(one: Stepped) -> str:
-    given = ["int good" if n == "good" else f"const double {n}[{k}]" for n, k in one.inputs.items()]
+    given = [f"const double theta[{len(one.part.theta)}]"] if one.argument else []
+    given += ["int good" if n == "good" else f"const double {n}[{k}]" for n, k in one.inputs.items()]
     return ", ".join(given + [f"double {n}[{k}]" for n, k in one.outputs.items()])
 
 
@@ -162,6 +176,8 @@ def _header(one: Stepped, size: int, work: int, arguments: str) -> str:
         f"    {U}_NO_NUMBER = 2   /* the result would be no number: state and outputs are those before */\n}};\n",
         f"#define {U}_PERIOD {number(one.period)} /* s: {one.period:g}; step() is called once in it */\n",
     ]
+    if one.argument:
+        lines.append(declaration(N, one.part).rstrip("\n") + "\n")
     for title, where, meaning in one.layout:
         lines.append(f"/* Entries of `{title}`{': ' + meaning if meaning else ''}, SI: */\n")
         for label, (key, part) in zip(distinct(where), where.items(), strict=True):
