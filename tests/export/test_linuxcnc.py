@@ -14,7 +14,7 @@ import pytest
 import gough as gk
 from gough.cli.app import main
 from gough.errors import ExperimentError
-from gough.export.linuxcnc import config, core, files_of
+from gough.export.linuxcnc import config, core, files_of, linuxcnc_files
 
 MACHINES = {"nist-octahedral": "XYZABC", "eth-hexaglide": "XYZABC", "ccu-3prs": "XYZ"}
 WORDS = {"NAME": "m", "VERSION": "0"}
@@ -91,6 +91,11 @@ def test_a_name_that_c_or_hal_does_not_take_is_refused(name):
 def test_numbers_that_linuxcnc_cannot_take_are_refused(options, said):
     with pytest.raises(ExperimentError, match=said):
         files_of(gk.load_machine("nist-octahedral"), **options)
+
+
+def test_numbers_as_an_argument_are_for_c_alone():
+    with pytest.raises(ExperimentError, match=r"--theta: modules of LinuxCNC have the machine's numbers"):
+        linuxcnc_files(gk.load_machine("nist-octahedral"), theta="argument")
 
 
 @pytest.fixture(scope="module")

@@ -17,14 +17,19 @@ PERIOD, FERROR, MIN_FERROR = 1e-3, 1e-3, 0.1e-3  # s, m, m: LinuxCNC's servo per
 __all__ = ["KINDS", "files_of", "linuxcnc_files", "options_of"]
 
 
-def linuxcnc_files(what, name: str | None = None) -> dict[str, str]:
+def linuxcnc_files(what, name: str | None = None, theta: str = "constant") -> dict[str, str]:
     """Texts of the files of a machine, or of the machine, observer and supervision of an experiment, by file name.
 
     Raises
     ------
     ExperimentError
-        as `files_of`.
+        as `files_of`; `theta` is not "constant": the modules have the sheet's numbers in them.
     """
+    if theta != "constant":
+        raise ExperimentError(
+            "modules of LinuxCNC have the machine's numbers in them", key="--theta", value=ascii(theta)[:60],
+            cure="leave --theta out, and export again when the sheet changes",
+        )  # fmt: skip
     if hasattr(what, "controllers"):
         return files_of(what.machine, name, **options_of(what))
     return files_of(what, name)
