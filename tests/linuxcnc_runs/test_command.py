@@ -140,6 +140,26 @@ def test_where_linuxcnc_cannot_run_the_reason_and_the_cure_are_told(reason, cure
 
 
 @pytest.mark.parametrize(
+    ("key", "value"),
+    [("origin", np.array([0.01, 0, 0, 0, 0, 0])), ("tools", {1: {"length": 0.01}}), ("parameters", {100: 1.0})],
+)
+def test_options_that_linuxcnc_would_not_know_of_are_refused(key, value, monkeypatch):
+    monkeypatch.setattr(sandbox, "missing", lambda: None)
+    program = NCProgram(text="G21 G90\nG1 F600 X1\nM2\n", **{key: value})
+    with pytest.raises(ExperimentError, match=rf"program\.{key}: LinuxCNC is run without this option"):
+        record(program, machine_of("nist-octahedral"))
+
+
+@needs_linuxcnc
+@pytest.mark.full
+@pytest.mark.parametrize("delete", [True, False])
+def test_lines_with_a_slash_are_left_out_as_gough_leaves_them_out(delete):
+    program = NCProgram(text="G21 G90\nG1 F1200 X1\n/G1 Y2\nM2\n", block_delete=delete)
+    found = record(program, machine_of("nist-octahedral"), timeout=60)
+    assert abs(found.axis[-1, 1] - (0.0 if delete else 2e-3)) < 1e-12
+
+
+@pytest.mark.parametrize(
     ("option", "value"), [("speed", 0), ("speed", 51), ("timeout", 0.0), ("timeout", float("nan"))]
 )
 def test_a_clock_that_cannot_run_is_refused(option, value, monkeypatch):

@@ -85,6 +85,7 @@ def record(
         raise ExperimentError("LinuxCNC's clock runs 1 to 50 times as fast", key="--speed", value=str(speed))
     if not 1 <= timeout <= 86400:
         raise ExperimentError("must be between 1 s and a day", key="--timeout", value=f"{timeout:g} s")
+    _check_options(program)
     word = identifier(machine, name)
     files = files_of(machine, word, period=period, **options)
     channels = channels_of(machine, word)
@@ -98,7 +99,8 @@ def record(
         (folder / "record.hal").write_text(hal_of(channels))
         (folder / f"{word}.ini").write_text(_headless(files[f"{word}.ini"], word))
         (folder / "display.sh").write_text(
-            f"#!/bin/sh\nexec /usr/bin/python3 /mnt/session.py {part} {','.join(map(types_of, channels))} {timeout:g}\n"
+            f"#!/bin/sh\nexec /usr/bin/python3 /mnt/session.py {part} {','.join(map(types_of, channels))} {timeout:g}"
+            f" {int(program.block_delete)}\n"
         )
         (folder / "display.sh").chmod(0o755)
         (folder / f"{word}.tbl").write_text("".join(f"T{k} P{k} D0 Z0\n" for k in range(1, 100)))
@@ -111,6 +113,21 @@ def record(
             _keep(folder, keep, files)
         shutil.rmtree(folder, ignore_errors=True)
     return _recording(rows, period, len(machine.task), said)
+
+
+def _check_options(program: NCProgram) -> None:
+    """Refuse options that LinuxCNC would not know of: it would run another path than the one that is measured."""
+    problems = [
+        Problem("LinuxCNC is run without this option of a program", key=f"program.{key}", cure=cure)
+        for key, given, cure in (
+            ("origin", program.origin is not None, "move home in the data sheet"),
+            ("tools", program.tools is not None, "leave the tools out: all have the length of the data sheet's"),
+            ("parameters", bool(program.parameters), "set them in the program"),
+        )
+        if given
+    ]
+    if problems:
+        raise ExperimentError(problems=problems)
 
 
 def _part(folder: Path, program: NCProgram) -> str:

@@ -1,7 +1,7 @@
 """Inside LinuxCNC: switch on, home, run the program, record.  Runs with the system's Python, apart from gough.
 
-    session.py PROGRAM CHANNELS SECONDS      the [DISPLAY] program: LinuxCNC ends when it does
-    session.py record CHANNEL TYPES          its child: the stream of one sampler, to channel-N.bin, until stdin closes
+    session.py PROGRAM CHANNELS SECONDS DELETE      the [DISPLAY] program: LinuxCNC ends when it does
+    session.py record CHANNEL TYPES                 its child: one sampler's stream, to channel-N.bin, until stdin ends
 
 Its outcome is the file result.json: status "done" or "failed", and what LinuxCNC said.
 """
@@ -93,7 +93,7 @@ class Session:
         while not holds(self.look()):
             time.sleep(_STEP)
 
-    def run(self, program):
+    def run(self, program, delete):
         c, command = self.linuxcnc, self.command
         command.state(c.STATE_ESTOP_RESET)
         self.wait(lambda s: s.task_state != c.STATE_ESTOP)
@@ -110,6 +110,8 @@ class Session:
         command.mode(c.MODE_AUTO)
         command.wait_complete()
         self.look()
+        command.set_block_delete(delete)  # lines that begin with "/"
+        command.wait_complete()
         command.program_open(program)
         command.wait_complete()
         self.look()
@@ -136,7 +138,7 @@ class Session:
             time.sleep(_STEP)
 
 
-def main(program, channels, seconds):
+def main(program, channels, seconds, delete):
     children = [
         subprocess.Popen([sys.executable, __file__, "record", str(k), types], stdin=subprocess.PIPE)
         for k, types in enumerate(channels.split(","))
@@ -144,7 +146,7 @@ def main(program, channels, seconds):
     status, session = "failed", None
     try:
         session = Session(seconds)
-        session.run(program)
+        session.run(program, delete)
         status = "done"
     except Failed:
         session.command.abort()
@@ -163,4 +165,4 @@ if __name__ == "__main__":
     if sys.argv[1] == "record":
         record(int(sys.argv[2]), sys.argv[3])
     else:
-        main(sys.argv[1], sys.argv[2], float(sys.argv[3]))
+        main(sys.argv[1], sys.argv[2], float(sys.argv[3]), sys.argv[4] == "1")

@@ -1,4 +1,4 @@
-"""Time of the exported disturbance observer, a step as HAL's thread calls it: python -m bench.linuxcnc [MACHINE ...]
+"""Time of the exported disturbance observer, a step as HAL's thread calls it: python -m bench.observer [MACHINE ...]
 
 Compiled as the exported Makefile does (gcc -O2 -ffp-contract=off), driven along a slow circle of the joints about home,
 200 batches of 500 steps: median and worst batch, microseconds a step.
