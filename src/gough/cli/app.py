@@ -11,6 +11,7 @@
     gough map M          what a machine can do over its workspace
     gough envelope M     how far from a pose in every direction
     gough export M       a machine for another program
+    gough linuxcnc run P an NC program run by LinuxCNC itself, and simulated as it commands
     gough machines, show, new
 
 Exit status: 0 done, 1 the run failed, 2 the input is wrong, 130 interrupted.  What a command does stands in the module
@@ -407,12 +408,14 @@ def envelope(
 
 @app.command(rich_help_panel="Machines")
 def export(
-    what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml); c: or an experiment.")],
+    what: Annotated[
+        str, typer.Argument(help="A library machine or a data sheet (.toml); c, linuxcnc: or an experiment.")
+    ],
     target: Annotated[
-        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c: a folder of C99.")
+        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c, linuxcnc: a folder.")
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="The file, or for c the folder.  [default: stdout]")
+        Path | None, typer.Option("--out", "-o", help="The file, or for c and linuxcnc the folder.  [default: stdout]")
     ] = None,
     loops: Annotated[
         str, typer.Option("--loops", help="mjcf: default (MuJoCo's soft constraints) or stiff.")
@@ -422,7 +425,7 @@ def export(
         str, typer.Option("--theta", help="c: the machine's numbers, constant in the code or an argument.")
     ] = "constant",
     name: Annotated[
-        str | None, typer.Option("--name", help="c: what functions begin with.  [default: machine]")
+        str | None, typer.Option("--name", help="c, linuxcnc: what names begin with.  [default: machine]")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
@@ -477,6 +480,36 @@ def new(
     return finish("new", work, json, debug)
 
 
+linuxcnc = typer.Typer(help="LinuxCNC itself on an exported machine.", no_args_is_help=True)
+app.add_typer(linuxcnc, name="linuxcnc", rich_help_panel="Simulate")
+
+
+@linuxcnc.command("run")
+def linuxcnc_run(
+    file: Annotated[Path, typer.Argument(help="An NC program (.ngc), or an experiment (.toml) that has one.")],
+    machine: MachineName = None,
+    controller: ControllerNames = None,
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    seed: Annotated[int | None, typer.Option("--seed", help="Of the noise, instead of the file's.")] = None,
+    speed: Annotated[int, typer.Option("--speed", help="How many times faster than real time LinuxCNC runs.")] = 10,
+    timeout: Annotated[str, typer.Option("--timeout", help="Real time after which LinuxCNC is ended.")] = "10 min",
+    quiet: Quiet = False,
+    strict: Annotated[bool, typer.Option("--strict", help="A warning is an error.")] = False,
+    debug: Debug = False,
+) -> int:
+    """Run an NC program in LinuxCNC, headless; simulate the motion that it commands, and report as gough run does."""
+
+    def work(outcome: Outcome) -> None:
+        from .linuxcnc import Asked, run_in_linuxcnc
+
+        asked = Asked(speed, timeout)
+        run_in_linuxcnc(file, machine, controller or (), seed, asked, out, force, quiet or json, strict, outcome)
+
+    return finish("linuxcnc", work, json, debug)
+
+
 def main(arguments: list[str] | None = None) -> None:
     """What the command `gough` does.  Ends by SystemExit."""
     arguments = sys.argv[1:] if arguments is None else arguments
@@ -488,6 +521,7 @@ def main(arguments: list[str] | None = None) -> None:
         return app(arguments, prog_name="gough", standalone_mode=False)
 
     known = {command.callback.__name__.rstrip("_") for command in app.registered_commands if command.callback}
+    known |= {group.name for group in app.registered_groups if group.name}
     name = next((word for word in arguments if word in known), "arguments")
     sys.exit(finish(name, call, "--json" in arguments, "--debug" in arguments, inner=True))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,10 +34,29 @@ def run_file(
     warnings.showwarning = show_warning
     with preparing(file.name, quiet):
         experiment = load_experiment(file, machine, kinds, seed)
+    run_experiment(experiment, out, force, quiet, strict, outcome)
+
+
+def run_experiment(
+    experiment: Experiment,
+    out: Path | None,
+    force: bool,
+    quiet: bool,
+    strict: bool,
+    outcome: Outcome,
+    prepare: Callable[[Experiment, Path], Experiment] | None = None,
+    command: str = "gough run",
+) -> None:
+    """Run an experiment and write its results folder; `command` repeats it.
+
+    `prepare` gives the experiment to run in place of this one, and may write into the folder.
+    """
     target = out or Path("results") / experiment.name
     outcome.data.update(experiment=experiment.name, controllers=[], report=None)
     with results_folder(target, force) as folder:
-        files = resolved(experiment)
+        if prepare is not None:
+            experiment = prepare(experiment, folder)
+        files = resolved(experiment, command)
         for name, text in files.items():
             (folder / name).parent.mkdir(exist_ok=True)
             write_atomic(folder / name, text)

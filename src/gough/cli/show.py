@@ -52,7 +52,7 @@ def show_anything(name: str, outcome: Outcome, out: Path | None = None, force: b
     from ..program import load_program
 
     path = nc_file(name)
-    if out is not None and (path.suffix.lower() in SUFFIXES or _is_experiment(path)):
+    if out is not None and (path.suffix.lower() in SUFFIXES or is_experiment(path)):
         raise ExperimentError("only machines are drawn", key="--out", value=name, cure="gough run draws the path")
     if path.suffix.lower() in SUFFIXES:
         show_program(path.name, lambda: load_program(path), outcome)

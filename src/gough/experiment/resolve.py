@@ -21,8 +21,10 @@ NAME = "experiment.toml"
 SUBROUTINES = "subroutines"  # folder of the files that an NC program calls
 
 
-def resolved(experiment: Experiment) -> dict[str, str]:
+def resolved(experiment: Experiment, command: str = "gough run") -> dict[str, str]:
     """File name -> text of everything that `gough run experiment.toml` needs in a results folder.
+
+    `command` is told in the experiment as what repeats it.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def resolved(experiment: Experiment) -> dict[str, str]:
         tables["observer"] = experiment.observer.to_file()
     tables["run"] = experiment.run.to_file()
     head = (
-        f"# Repeats the run of {experiment.document.path.name!a}: gough run {NAME}\n# Written by gough {__version__}.\n"
+        f"# Repeats the run of {experiment.document.path.name!a}: {command} {NAME}\n# Written by gough {__version__}.\n"
     )
     return {NAME: head + tomli_w.dumps(tables), **files}
 

@@ -17,7 +17,10 @@ from ..results import results_folder
 # target -> function of what is exported, what comes out
 TARGETS = {"mjcf": ("gough.export.mjcf:mjcf", "an MJCF model for MuJoCo and Pinocchio")}
 # of these a folder of files comes out, as {name: text}
-FOLDERS = {"c": ("gough.export.c.folder:c_files", "C99 with a self-test")}
+FOLDERS = {
+    "c": ("gough.export.c.folder:c_files", "C99 with a self-test"),
+    "linuxcnc": ("gough.export.linuxcnc:linuxcnc_files", "a simulation for LinuxCNC"),
+}
 
 __all__ = ["FOLDERS", "TARGETS", "export", "export_folder"]
 
@@ -47,8 +50,9 @@ def export_folder(
 ) -> dict[str, str]:
     """The files of a target that needs a folder, {name: text}, written into the folder `path` where one is given.
 
-    target "c": a machine or an experiment in C99, see `gough.export.c.folder.c_files`.  The folder is there whole or
-    not at all; one that gough did not make is refused, unless `force`.
+    target "c": a machine or an experiment in C99, see `gough.export.c.folder.c_files`.
+    target "linuxcnc": a machine, or that of an experiment, see `gough.export.linuxcnc.linuxcnc_files`.
+    The folder is there whole or not at all; one that gough did not make is refused, unless `force`.
 
     Raises
     ------

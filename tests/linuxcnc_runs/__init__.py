@@ -1,0 +1,1 @@
+"""LinuxCNC itself on exported machines; skipped with the reason where it cannot run."""
