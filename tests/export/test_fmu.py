@@ -245,3 +245,27 @@ def test_what_an_fmu_has_not_is_refused_by_name(change, key):
     )  # fmt: skip
     with pytest.raises(ExperimentError, match=key):
         model_of(job)
+
+
+@pytest.mark.full
+def test_the_command_writes_it_whole_or_says_why_not(tmp_path):
+    from typer.testing import CliRunner
+
+    from gough.cli.app import app
+
+    def gough(*arguments):
+        done = CliRunner().invoke(app, [str(a) for a in arguments], standalone_mode=False)
+        return done.return_value, done.output
+
+    out = tmp_path / "axis.fmu"
+    assert gough("export", "emps", "-t", "fmu", "-o", out) == (
+        0, f"{out} is written: an FMU (FMI 2.0, co-simulation) of emps\n",
+    )  # fmt: skip
+    assert zipfile.is_zipfile(out)
+    for arguments, text in (
+        (["-o", out], "there is a file already"), (["-o", tmp_path], "a folder is there"), ([], "add -o FILE.fmu"),
+        (["-o", tmp_path / "x.fmu", "--name", "2x"], "begins with a letter"),
+    ):  # fmt: skip
+        status, said = gough("export", "emps", "-t", "fmu", *arguments)
+        assert status == 2 and text in said
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["axis.fmu"]

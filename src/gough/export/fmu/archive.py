@@ -80,16 +80,17 @@ def description(model: Model, guid: str) -> str:
     """modelDescription.xml."""
     from ... import __version__
 
-    units = "".join(
-        f"    <Unit name={quoteattr(unit)}><BaseUnit{''.join(f' {k}={quoteattr(str(v))}' for k, v in base.items())}/></Unit>\n"
-        for unit, base in BASE.items()
-    )
-    variables = "".join(
-        f'    <ScalarVariable name={quoteattr(v.name)} valueReference="{v.place}" causality="{v.causality}" '
-        f'variability="continuous" description={quoteattr(v.meaning)}>'
-        f"<Real unit={quoteattr(v.unit)}{'' if v.start is None else f' start={quoteattr(repr(v.start))}'}/></ScalarVariable>\n"
-        for v in model.variables
-    )
+    units, variables = "", ""
+    for unit, base in BASE.items():
+        powers = "".join(f' {name}="{power}"' for name, power in base.items())
+        units += f"    <Unit name={quoteattr(unit)}><BaseUnit{powers}/></Unit>\n"
+    for v in model.variables:
+        value = "" if v.start is None else f' start="{v.start!r}"'
+        variables += (
+            f'    <ScalarVariable name={quoteattr(v.name)} valueReference="{v.place}" causality="{v.causality}" '
+            f'variability="continuous" description={quoteattr(v.meaning)}>'
+            f"<Real unit={quoteattr(v.unit)}{value}/></ScalarVariable>\n"
+        )
     outputs = [k for k, v in enumerate(model.variables, 1) if v.causality == "output"]
     unknowns = "".join(f'      <Unknown index="{k}" dependencies=""/>\n' for k in outputs)
     return f"""<?xml version="1.0" encoding="UTF-8"?>

@@ -55,10 +55,6 @@ class Model(NamedTuple):
     first: np.ndarray
     variables: tuple[Variable, ...]
 
-    @property
-    def kept(self) -> tuple[str, ...]:
-        return tuple(name for name in self.places if name not in ("theta_plant",))
-
 
 def model_of(what: Any, name: str | None = None) -> Model:
     """The model of a Machine at home, or of an Experiment's plant at the program's first place.

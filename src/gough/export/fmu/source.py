@@ -52,9 +52,9 @@ def _model_text(model: Model, guid: str) -> str:
     def calls(group: tuple[Task, ...], indent: int) -> str:
         return "".join(f"{' ' * indent}{_call(model, task, names[task.name])}\n" for task in group)
 
-    count = len(model.limit_names)
+    count, step = len(model.limit_names), model.period / model.substeps
     return f"""/* {model.about}.
-   SI units.  Fixed steps: {model.substeps} sub-steps of {model.period / model.substeps:g} s a sample.  No allocation but of an instance. */
+   SI units.  {model.substeps} sub-steps of {step:g} s a sample.  Only an instance is allocated. */
 #include "fmi2.h"
 
 #include <math.h>
