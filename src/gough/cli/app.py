@@ -409,10 +409,10 @@ def envelope(
 @app.command(rich_help_panel="Machines")
 def export(
     what: Annotated[
-        str, typer.Argument(help="A library machine or a data sheet (.toml); c, linuxcnc: or an experiment.")
+        str, typer.Argument(help="A library machine or a data sheet (.toml); c, linuxcnc, fmu: or an experiment.")
     ],
     target: Annotated[
-        str, typer.Option("--target", "-t", help="mjcf: a model for MuJoCo and Pinocchio; c, linuxcnc: a folder.")
+        str, typer.Option("--target", "-t", help="mjcf: for MuJoCo and Pinocchio; fmu; c, linuxcnc: a folder.")
     ],
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="The file, or for c and linuxcnc the folder.  [default: stdout]")
@@ -425,7 +425,7 @@ def export(
         str, typer.Option("--theta", help="c: the machine's numbers, constant in the code or an argument.")
     ] = "constant",
     name: Annotated[
-        str | None, typer.Option("--name", help="c, linuxcnc: what names begin with.  [default: machine]")
+        str | None, typer.Option("--name", help="c, linuxcnc, fmu: what names begin with.  [default: machine]")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,

@@ -21,14 +21,17 @@ FOLDERS = {
     "c": ("gough.export.c.folder:c_files", "C99 with a self-test"),
     "linuxcnc": ("gough.export.linuxcnc:linuxcnc_files", "a simulation for LinuxCNC"),
 }
+# of these one file that is no text, as bytes
+BINARIES = {"fmu": ("gough.export.fmu.archive:fmu", "an FMU (FMI 2.0, co-simulation)")}
 
-__all__ = ["FOLDERS", "TARGETS", "export", "export_folder"]
+__all__ = ["BINARIES", "FOLDERS", "TARGETS", "export", "export_folder"]
 
 
-def export(what: Any, target: str = "mjcf", path: str | Path | None = None, **options: Any) -> str:
-    """The text of a machine for another program, written to `path` where one is given.
+def export(what: Any, target: str = "mjcf", path: str | Path | None = None, **options: Any) -> str | bytes:
+    """The file of a machine for another program, written to `path` where one is given: its text, or its bytes.
 
     target "mjcf": the machine for MuJoCo and Pinocchio, see `gough.export.mjcf.mjcf` for its options.
+    target "fmu": a machine, or an experiment's plant, see `gough.export.fmu.archive.fmu`.
 
     Raises
     ------
@@ -39,7 +42,7 @@ def export(what: Any, target: str = "mjcf", path: str | Path | None = None, **op
     StorageError
         the file could not be written.
     """
-    text = _maker(target, TARGETS)(what, **options)
+    text = _maker(target, TARGETS | BINARIES)(what, **options)
     if path is not None:
         write_atomic(path, text)
     return text
@@ -73,8 +76,8 @@ def export_folder(
 def _maker(target: str, known: dict[str, tuple[str, str]]):
     if target not in known:
         cure = did_you_mean(str(target), known)
-        if target in TARGETS or target in FOLDERS:
-            cure = f"use {'export' if target in TARGETS else 'export_folder'}"
+        if target in TARGETS | BINARIES | FOLDERS:
+            cure = f"use {'export_folder' if target in FOLDERS else 'export'}"
         raise ExperimentError("no such target of an export", key="target", value=ascii(target), cure=cure)
     module, _, name = known[target][0].partition(":")
     return getattr(import_module(module), name)

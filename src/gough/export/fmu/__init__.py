@@ -1,0 +1,1 @@
+"""A plant as an FMU: what other simulators run, without Python."""
