@@ -7,6 +7,7 @@
     [[controller]]  kind = "pid", ...; several run side by side
     [observer]      kind = "disturbance", ...: beside each of them, for the log
     [run]           period, substeps, seed, log_every, signals
+    [sweep]         what `gough sweep` varies from run to run: gough.sweep
 
 Every mistake is found at once and said with file, line, key, rule, value and cure.  Nothing in a file is executed:
 kinds are looked up in fixed tables and among the entry points `gough.controllers` of installed packages.
@@ -176,9 +177,8 @@ class _Builder:
         for key in self.data:
             if key not in (*TABLES, "schema"):
                 self._note([Problem("no such table", key=key, cure=did_you_mean(key, TABLES))])
-        if "sweep" in self.data:
-            cure = "remove the table"
-            self._note([Problem("sweeps are not in this version of gough", key="sweep", cure=cure)])
+        if "sweep" in self.data and not isinstance(self.data["sweep"], Mapping):  # gough.sweep checks what it says
+            self._note([Problem("must be a table", key="sweep", cure=parts.EXAMPLES["sweep"])])
         known = self._make("machine", parts.sheet_machine, self.folder)
         machine = self._make("machine", parts.believed, known) if known else None
         plant = self._make("plant", parts.plant_of, machine or known) if known and "plant" in self.data else None

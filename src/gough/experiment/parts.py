@@ -36,6 +36,7 @@ EXAMPLES = {
     "controller": 'write [[controller]] and kind = "pid"',
     "observer": EXAMPLE,
     "run": 'write [run] and e.g. period = "1 ms"',
+    "sweep": 'write [sweep] and vary = { "controller.bandwidth" = ["10 Hz", "20 Hz"] }',
 }
 
 

@@ -56,6 +56,8 @@ def resolved(experiment: Experiment) -> dict[str, str]:
     if experiment.observer is not None:
         tables["observer"] = experiment.observer.to_file()
     tables["run"] = experiment.run.to_file()
+    if "sweep" in data:
+        tables["sweep"] = data["sweep"]
     head = (
         f"# Repeats the run of {experiment.document.path.name!a}: gough run {NAME}\n# Written by gough {__version__}.\n"
     )
