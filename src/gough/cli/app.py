@@ -94,6 +94,29 @@ def run(
 
 
 @app.command(rich_help_panel="Simulate")
+def tune(
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [tune] table.")],
+    machine: MachineName = None,
+    controller: ControllerNames = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Candidates tried, at most.")] = None,
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    seed: Annotated[int | None, typer.Option("--seed", help="Of the search, instead of the file's.")] = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Find gains that make the contour error small on drawn machines, within limits; write them as a file that runs."""
+
+    def work(outcome: Outcome) -> None:
+        from .tune import tune_file
+
+        tune_file(file, machine, controller or (), budget, seed, out, force, quiet or json, outcome)
+
+    return finish("tune", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
 def check(
     file: Annotated[Path, typer.Argument(help="An experiment, a data sheet (.toml) or an NC program (.ngc).")],
     machine: MachineName = None,

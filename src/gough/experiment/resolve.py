@@ -56,8 +56,9 @@ def resolved(experiment: Experiment) -> dict[str, str]:
     if experiment.observer is not None:
         tables["observer"] = experiment.observer.to_file()
     tables["run"] = experiment.run.to_file()
-    if "sweep" in data:
-        tables["sweep"] = data["sweep"]
+    for name in ("sweep", "tune"):
+        if name in data:
+            tables[name] = data[name]
     head = (
         f"# Repeats the run of {experiment.document.path.name!a}: gough run {NAME}\n# Written by gough {__version__}.\n"
     )
