@@ -34,10 +34,12 @@ FRICTIONS = {
     "stribeck": {"kind": "stribeck", **CURVE, "smoothing": 1e-3},
     "lugre": {"kind": "lugre", **CURVE, "stiffness": 1e7, "damping": 1e4},
 }
+FERROR = 4e-3  # m; the loops above are slow, and follow within 2 mm
 # what no run can have, single or not, and what is said of it
 REFUSED = {
     ("ccu-3prs", "robust_adaptive"): "machine.friction: the believed machine has no friction to learn factors of",
     ("ifma-hsm", "robust_adaptive"): "machine.friction: the believed machine has no friction to learn factors of",
+    ("emps", "equivalent_error"): "controller: contour errors are across a path in space",
     ("emps", "gravity_compensation"): "flexible: emps has no ",
     ("emps", "flexible_feedforward"): "flexible: emps has no ",
 }
@@ -67,7 +69,7 @@ def check(machine, laws, plants, observer=None, **options):
         assert not np.array_equal(runs["q"][:, 0], runs["q"][:, 1]), "lanes have numbers of their own"
         limited = [limit(plant, 1e5) for plant in plants]
         weak = limit(plants[1], 1e-3)  # its drives push with a newton: it stays behind, or falls
-        options |= {"ferror": 1e-3}
+        options |= {"ferror": FERROR}
         wide = gk.simulate(machine, laws, path, plant=limited, observer=observer, **options)
         beside = gk.simulate(
             machine, [laws[0], laws[1], laws[1], laws[2]], path, observer=observer,
@@ -77,7 +79,7 @@ def check(machine, laws, plants, observer=None, **options):
     assert beside.runs[1]["limit_hit"]["time"] > 0 and beside.runs[1]["limit_hit"]["limit"]
     for i, place in enumerate((0, 2, 3)):
         same(beside.run(place), wide.run(i))
-    assert np.abs(wide["q"] - runs["q"]).max() < 1e-3, "lanes of any number follow the same path"
+    assert np.abs(wide["q"] - runs["q"]).max() < 2 * FERROR, "lanes of any number follow the same path"
 
 
 def limit(plant, factor: float):

@@ -17,6 +17,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 from pydantic import Field
@@ -94,7 +95,11 @@ def task_of(experiment: Experiment, budget: int | None = None, seed: int | None 
         raise ExperimentError(problems=problems)
     table, gains = found["table"], found["gains"]
     changed = {name: given for name, given in (("budget", budget), ("seed", seed)) if given is not None}
-    table = table.replace(**changed)
+    for name, given in changed.items():
+        try:
+            table = table.replace(**{name: given})
+        except InputError as error:
+            raise ExperimentError(problems=[replace(problem, key=f"--{name}") for problem in error.problems]) from None
     try:
         machines, held_out = _machines(experiment, table, gains, setter)
     except ExperimentError as error:
