@@ -34,7 +34,7 @@ FRICTIONS = {
     "stribeck": {"kind": "stribeck", **CURVE, "smoothing": 1e-3},
     "lugre": {"kind": "lugre", **CURVE, "stiffness": 1e7, "damping": 1e4},
 }
-FERROR = 4e-3  # m; the loops above are slow, and follow within 2 mm
+FERROR = 4e-3  # m; the loops above are slow and follow within 2 mm, those of machines that give way within 5 mm
 # what no run can have, single or not, and what is said of it
 REFUSED = {
     ("ccu-3prs", "robust_adaptive"): "machine.friction: the believed machine has no friction to learn factors of",
@@ -45,10 +45,10 @@ REFUSED = {
 }
 
 
-def program(machine):
+def program(machine, wide=False):
     if len(machine.task) == 1:
         return gk.Line(to=[0.004, 0.0, 0.0], feed=0.05, settle=0.02)
-    return gk.Circle(radius=0.002, feed=0.05, settle=0.02)
+    return gk.Circle(radius=0.012 if wide else 0.002, feed=0.1 if wide else 0.05, settle=0.02)
 
 
 def same(one, alone):
@@ -60,7 +60,8 @@ def same(one, alone):
 
 def check(machine, laws, plants, observer=None, **options):
     """Lane for lane the single run, and in lanes of the processor's width no bit from a neighbour that fails."""
-    path = program(machine)
+    swings = plants[0].flexible
+    path, ferror = program(machine, swings), FERROR * (4 if swings else 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of laws that are shaken or slow here: it is bits that are compared
         runs = gk.simulate(machine, laws, path, plant=plants, observer=observer, lanes=1, **options)
@@ -69,7 +70,7 @@ def check(machine, laws, plants, observer=None, **options):
         assert not np.array_equal(runs["q"][:, 0], runs["q"][:, 1]), "lanes have numbers of their own"
         limited = [limit(plant, 1e5) for plant in plants]
         weak = limit(plants[1], 1e-3)  # its drives push with a newton: it stays behind, or falls
-        options |= {"ferror": FERROR}
+        options |= {"ferror": ferror}
         wide = gk.simulate(machine, laws, path, plant=limited, observer=observer, **options)
         beside = gk.simulate(
             machine, [laws[0], laws[1], laws[1], laws[2]], path, observer=observer,
@@ -79,7 +80,7 @@ def check(machine, laws, plants, observer=None, **options):
     assert beside.runs[1]["limit_hit"]["time"] > 0 and beside.runs[1]["limit_hit"]["limit"]
     for i, place in enumerate((0, 2, 3)):
         same(beside.run(place), wide.run(i))
-    assert np.abs(wide["q"] - runs["q"]).max() < 2 * FERROR, "lanes of any number follow the same path"
+    assert np.abs(wide["q"] - runs["q"]).max() < 2 * ferror, "lanes of any number follow the same path"
 
 
 def limit(plant, factor: float):
