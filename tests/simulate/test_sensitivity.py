@@ -90,6 +90,7 @@ def test_several_gains_of_a_joint_loop_and_bristles_have_a_gradient_too(sheet, s
         assert found.by_gain[i] == pytest.approx(slope, rel=1e-3)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -104,6 +105,7 @@ def test_what_is_not_smooth_is_refused_by_name(sheet, smooth, change, said):
     assert said in str(caught.value)
 
 
+@pytest.mark.full
 def test_a_gain_that_is_none_is_refused_by_name(sheet, smooth):
     with pytest.raises(ExperimentError, match="controller.poles: is no single number of the law"):
         contour_gradient(sheet, gk.PID(bandwidth=8.0), PROGRAM, smooth, ("poles",))

@@ -1,4 +1,4 @@
-"""One axis on a short line: a tuning of it takes a second."""
+"""Three sliders on a small circle: a tuning of it takes a second or two."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import pytest
 
 TEXT = """schema = "gough-experiment-1"
 [machine]
-use = "emps"
+use = "ccu-3prs"
 [program]
-kind = "line"
-to = ["4 mm", "0 mm", "0 mm"]
-feed = "50 mm/s"
-settle = "50 ms"
+kind = "circle"
+radius = "4 mm"
+feed = "100 mm/s"
+settle = "30 ms"
 [[controller]]
 kind = "pid"
 bandwidth = "8 Hz"
 """
 SWEEP = """[sweep]
-vary = { "plant.friction.coulomb" = "uniform(0.5, 1.5) x" }
+vary = { "plant.payload" = "uniform(1, 4) kg" }
 seed = 3
 """
 TUNE = """[tune]
@@ -32,7 +32,7 @@ def written(tmp_path):
     from gough.experiment import load_experiment
 
     def write(tune: str = TUNE, sweep: str = SWEEP, text: str = TEXT):
-        path = tmp_path / "axis.toml"
+        path = tmp_path / "tripod.toml"
         path.write_text(text + sweep + tune)
         return load_experiment(path)
 

@@ -35,12 +35,12 @@ def test_machines_tuned_on_and_held_out_are_draws_of_one_row(written):
     task = task_of(written(TUNE + "machines = 3\nheld_out = 2\n"))
     more = task_of(written(TUNE + "machines = 5\nheld_out = 0\n"))
     assert task.machines + task.held_out == more.machines and len(task.machines) == 3
-    factors = [float(one["plant.friction.coulomb"].split()[0]) for one in more.machines]
-    assert len(set(factors)) == 5 and all(0.5 <= f <= 1.5 for f in factors)
+    payloads = [float(one["plant.payload"].split()[0]) for one in more.machines]
+    assert len(set(payloads)) == 5 and all(1 <= kg <= 4 for kg in payloads)
 
 
 def test_lists_of_the_sweep_are_machines_too(written):
-    sweep = '[sweep]\nvary = { "plant.payload" = ["1 kg", "5 kg"], "plant.friction.coulomb" = ["1 x", "1.2 x"] }\n'
+    sweep = '[sweep]\nvary = { "plant.payload" = ["1 kg", "5 kg"], "plant.platform.mass" = ["1 x", "1.2 x"] }\n'
     task = task_of(written(sweep=sweep))
     assert len(task.machines) == 4 and task.held_out == []
 
@@ -70,7 +70,7 @@ def test_without_a_sweep_the_plant_is_the_one_machine(written):
 def test_what_is_wrong_with_a_table_is_said_at_its_key(written, tune, said):
     with pytest.raises(ExperimentError) as caught:
         task_of(written(tune))
-    assert said in str(caught.value) and "axis.toml" in str(caught.value)
+    assert said in str(caught.value) and "tripod.toml" in str(caught.value)
 
 
 def test_what_is_tuned_cannot_be_drawn_too(written):

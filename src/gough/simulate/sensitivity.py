@@ -14,6 +14,7 @@ its limit.  What is not is refused by its name.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -77,16 +78,16 @@ class _Smooth:
         wanted = stability.choose_substeps(true, period, substeps)
         asked = Supervision(None, None, 0.0, None)
         begun = start.at_rest(machine, true, self.law, plant, row)
+        theta, law_state = _directions(controller, machine, period, gains, row, begun.u)
         schedule = start.schedule_of(machine, true, self.law, begun.law, row, period, wanted, 0, asked)
         tool = "z" if true.pose_is_state else "tool"
         try:
-            schedule = with_sensitivities(schedule, "theta_law", len(gains), (tool,))
+            schedule = _with(schedule, len(gains), (tool,))
         except InputError as error:
             raise ExperimentError(
                 "the run is not smooth", key="controller", value=str(error.problems[0].where), cure=error.problems[0].cure
             ) from None
-        self.kernel, self.tool = kernels.compile(schedule, lanes=1), tool
-        theta, law_state = _directions(controller, machine, period, gains, row, begun.u)
+        self.kernel, self.tool = _kernel(schedule), tool
         values = start.parameters(machine, true, self.law, plant, period, 0, asked)
         values[named("theta_law")] = theta.ravel(order="F")
         states = start.states(schedule, begun, row)
@@ -130,8 +131,23 @@ class _Smooth:
             slopes += np.einsum("ki,kgi->g", across[counted], dp[counted])
             count += int(counted.sum())
             k += n
-        rms = float(np.sqrt(squares / count))
+        rms = float(np.sqrt(squares / count)) if count else 0.0
+        if not rms:
+            raise ExperimentError(
+                "has no gradient: the tool is on its path in every sample", key="program",
+                cure="run a path that can be left, with feed moves",
+            )  # fmt: skip
         return Gradient(rms, slopes / (count * rms))
+
+
+@lru_cache(maxsize=16)
+def _with(schedule, directions: int, log: tuple[str, ...]):
+    return with_sensitivities(schedule, "theta_law", directions, log)
+
+
+@lru_cache(maxsize=16)
+def _kernel(schedule):
+    return kernels.compile(schedule, lanes=1)
 
 
 def _refuse(true, plant, controller, motion) -> None:
@@ -162,9 +178,25 @@ def _directions(controller, machine, period, gains, row, u0):
             part = getattr(part, key, None)
         if not isinstance(part, int | float) or isinstance(part, bool):
             raise ExperimentError("is no single number of the law", key=f"controller.{name}")
-        h = STEP * max(abs(part), 1e-6)
-        ends = [controller.replace(**{name: part + sign * h}).on(machine, period) for sign in (1, -1)]
-        thetas.append((ends[0].theta - ends[1].theta) / (2 * h))
-        first = [np.asarray(flatten(law.init(row, u0)), float).ravel() for law in ends]
-        states.append((first[0] - first[1]) / (2 * h))
+
+        def numbers(value, name=name):
+            law = controller.replace(**{name: value}).on(machine, period)
+            return law.theta, np.asarray(flatten(law.init(row, u0)), float).ravel()
+
+        h = STEP * (abs(part) or 1.0)
+        try:
+            ends = [(1, numbers(part + h)), (-1, numbers(part - h))]
+        except InputError:  # at a bound of the number: inwards, to the same order
+            side = 1 if _may_be(controller, name, part + 2 * h) else -1
+            ends = [(-3 * side, numbers(part)), (4 * side, numbers(part + side * h)), (-side, numbers(part + 2 * side * h))]
+        thetas.append(sum(weight * end[0] for weight, end in ends) / (2 * h))
+        states.append(sum(weight * end[1] for weight, end in ends) / (2 * h))
     return np.array(thetas).T, np.array(states).T
+
+
+def _may_be(controller, name: str, value: float) -> bool:
+    try:
+        controller.replace(**{name: value})
+    except InputError:
+        return False
+    return True

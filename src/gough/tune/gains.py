@@ -38,6 +38,25 @@ class Gain(NamedTuple):
     def logarithmic(self) -> bool:
         return self.low > 0
 
+    @property
+    def names(self) -> list[str]:
+        """The names inside the law: "controller.0.law.bandwidth" -> law, bandwidth."""
+        names = self.key.split(".")[1:]
+        return names[1:] if names[0].isdecimal() else names
+
+    def of(self, law: Any) -> Any:
+        """The number of a law that this is, SI; None where it has none."""
+        for name in self.names:
+            law = getattr(law, name, None)
+        return law
+
+    def slope(self, number: float, own: float | None) -> float:
+        """d number / du where the number of the law is `number`, SI; `own` is that of the experiment as it stands."""
+        if self.logarithmic:
+            return number * math.log(self.high / self.low)
+        factor = own if self.unit == "x" else units.parse(f"1 {self.unit}")[0] if self.unit else 1.0
+        return (self.high - self.low) * factor
+
     def value(self, u: float) -> Any:
         """What a file says at u in [0, 1]."""
         u = min(1.0, max(0.0, float(u)))

@@ -45,7 +45,7 @@ class Tuned(NamedTuple):
             "seed": table.seed,
             "tried": len(self.history),
             "machines": len(task.machines),
-            "gains": {gain.key: self.best.settings.get(gain.key, _own(task, gain.key)) for gain in task.gains},
+            "gains": {gain.key: self.best.settings.get(gain.key, _own(task, gain)) for gain in task.gains},
             "before": self.before.to_json(),
             "tuned": self.best.to_json(),
             "held_out": {"machines": len(task.held_out), "before": _json(self.aside, 0), "tuned": _json(self.aside, 1)},
@@ -55,7 +55,7 @@ class Tuned(NamedTuple):
         table, task = self.task.table, self.task
         rows = [("", "before", "tuned")]
         for gain in task.gains:
-            own = _own(task, gain.key)
+            own = _own(task, gain)
             rows.append((gain.key, _said(own, task, gain), _said(self.best.settings.get(gain.key, own), task, gain)))
         goal = f"{table.goal} {table.metric}"
         counts = (len(task.machines), len(task.held_out))
@@ -80,13 +80,10 @@ class Tuned(NamedTuple):
     __repr__ = __str__
 
 
-def _own(task: Task, key: str) -> Any:
+def _own(task: Task, gain: Any) -> Any:
     """A gain of the experiment as it stands: SI; None where it has none."""
-    part = task.experiment.controllers[0].law
-    names = key.split(".")[1:]
-    for name in names[1:] if names[0].isdecimal() else names:
-        part = getattr(part, name, None)
-    return part.tolist() if isinstance(part, np.ndarray) else part
+    found = gain.of(task.experiment.controllers[0].law)
+    return found.tolist() if isinstance(found, np.ndarray) else found
 
 
 def _said(value: Any, task: Task, gain: Any) -> str:

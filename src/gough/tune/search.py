@@ -1,7 +1,7 @@
-"""Searching: CMA-ES of the package `cma`, or SciPy's differential evolution; a generation is one call of `judge`.
+"""Searching: CMA-ES of the package `cma`, or SciPy's differential evolution or L-BFGS-B; a generation is one call.
 
-Points lie in the unit cube, one coordinate a gain.  Both draw from a generator of their own, so one seed is one search,
-to the last bit; what a point costs is nothing but its rank to either.
+Points lie in the unit cube, one coordinate a gain.  Who draws has a generator of its own, so one seed is one search, to
+the last bit; what a point costs is nothing but its rank to either of the first two.
 """
 
 from __future__ import annotations
@@ -17,10 +17,30 @@ CLOSE = 1e-3  # of the cube: gains that differ by less are one, 0.3 % of a range
 SAME = 1e-4  # relative: costs that differ by less are one
 
 Judged = Callable[[np.ndarray], np.ndarray]  # points (k, gains) -> costs (k,)
+Slopes = Callable[[np.ndarray], np.ndarray]  # a point (gains,) -> derivative of its cost (gains,)
 
 
 class Spent(Exception):
     """The budget is spent: raised by `judge`, caught here."""
+
+
+def descent(judge: Judged, slopes: Slopes, start: np.ndarray, scale: float, unsound: float) -> None:
+    """L-BFGS-B from `start` along `slopes`, as `cma_es`; draws nothing.
+
+    A point that costs `unsound` or more has no slope: it turns the search back, as high as ten times the start.
+    """
+    from scipy.optimize import minimize
+
+    def at(u):
+        cost = float(judge(u[None])[0])
+        if cost >= unsound:
+            return 10.0, np.zeros(len(u))
+        return cost / scale, slopes(u) / scale
+
+    try:
+        minimize(at, start, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(start), options={"ftol": SAME**2})
+    except Spent:
+        return
 
 
 def methods() -> dict[str, Callable[[Judged, np.ndarray, float, int], None]]:

@@ -9,7 +9,8 @@
     saturated = 0.0                      # greatest share of samples with a drive at its limit
     force     = "8 kN"                   # greatest force of a joint; left out: what drives give
     overshoot = "20 um"                  # of a joint past a reference at rest; left out: any
-    method    = "cma"                    # or "evolution"; cma where left out and there are two gains or more
+    method    = "cma"                    # or "evolution", or "gradient" of what is smooth; cma where left out and
+                                         # there are two gains or more
     budget    = 200                      # candidates tried, at most
     seed      = 0
 """
@@ -46,7 +47,7 @@ class Table(Part):
     )
     force: float | None = quantity("N", "greatest force of a joint", default=None, above=0)
     overshoot: float | None = quantity("m", "greatest of a joint past a reference at rest", default=None, above=0)
-    method: Literal["cma", "evolution"] | None = Field(None, description="how is searched")
+    method: Literal["cma", "evolution", "gradient"] | None = Field(None, description="how is searched")
     budget: int = Field(200, ge=1, le=100_000, description="candidates tried, at most")
     seed: int = Field(0, ge=0, lt=2**32, description="of the search")
 
@@ -82,7 +83,7 @@ def task_of(experiment: Experiment, budget: int | None = None, seed: int | None 
         )  # fmt: skip
         raise document.locate(error)
     problems, setter = [], Setter(experiment)
-    found = {}
+    found: dict[str, Any] = {}
     for make in (
         lambda: found.update(table=Table.from_file({key: value for key, value in raw.items() if key != "vary"})),
         lambda: found.update(gains=gains_of(raw.get("vary"), experiment, setter)),
@@ -94,6 +95,13 @@ def task_of(experiment: Experiment, budget: int | None = None, seed: int | None 
     if problems:
         raise ExperimentError(problems=problems)
     table, gains = found["table"], found["gains"]
+    if table.method == "gradient" and (table.goal, table.metric) != ("mean", "contour_error.rms"):
+        raise document.locate(
+            ExperimentError(
+                "a gradient needs a smooth goal", key="tune.method", value=f"{table.goal} {table.metric}",
+                cure='write goal = "mean" and metric = "contour_error.rms", or method = "cma"',
+            )
+        )  # fmt: skip
     changed = {name: given for name, given in (("budget", budget), ("seed", seed)) if given is not None}
     for name, given in changed.items():
         try:

@@ -10,9 +10,10 @@ import numpy as np
 from ..errors import RunError
 from ..experiment import Experiment
 from .gains import settings as settings_at
-from .judge import Judge, Score
+from .judge import BEYOND, Judge, Score
 from .result import Tuned
-from .search import Spent, methods
+from .search import Spent, descent, methods
+from .slopes import slopes
 from .table import Task, task_of
 
 Progress = Callable[[int, int, float | None], None]  # candidates tried, the budget, the best goal so far
@@ -60,7 +61,11 @@ def tune(
         _refuse(task)
     start = np.array([_place(task, gain) for gain in gains])
     method = table.method or ("cma" if len(gains) > 1 else "evolution")
-    methods()[method](judged, start, history[0].goal or 1.0, table.seed)
+    scale = history[0].goal or 1.0
+    if method == "gradient":
+        descent(judged, lambda u: slopes(task, u), start, scale, BEYOND)
+    else:
+        methods()[method](judged, start, scale, table.seed)
     if best[0].status != "held":
         raise RunError(
             f"none of {len(history)} candidates holds the limits of [tune]", where="tune",
@@ -83,20 +88,11 @@ def _refuse(task: Task) -> None:
 
 def _place(task: Task, gain) -> float:
     """Where the search begins: at the experiment's own number, or in the middle where it has none between the ends."""
+    own = gain.of(task.experiment.controllers[0].law)
     if gain.unit == "x":
-        found = gain.place("1 x")
-    else:
-        part = task.experiment.controllers[0].law
-        for name in _names(gain.key):
-            part = getattr(part, name, None)
-        found = None if part is None or np.ndim(part) else gain.place(float(part))
+        own = None if own is None else "1 x"
+    found = None if own is None or np.ndim(own) else gain.place(own)
     return 0.5 if found is None else found
-
-
-def _names(key: str) -> list[str]:
-    """The names of a number inside a controller: "controller.0.law.bandwidth" -> law, bandwidth."""
-    names = key.split(".")[1:]
-    return names[1:] if names[0].isdecimal() else names
 
 
 def _text(settings: dict[str, Any]) -> str:
