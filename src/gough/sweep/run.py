@@ -58,6 +58,7 @@ class Swept:
     rows: list[Row]
     records: dict[str, dict[str, Any]]
     progress: Progress
+    key: str  # of its experiment in the store
 
 
 def sweep(
@@ -113,7 +114,7 @@ def sweep(
             progress.warned += [text for text in done.warned if text not in progress.warned]
             if tell is not None:
                 tell(progress)
-    return Swept(experiment, design, rows, records, progress)
+    return Swept(experiment, design, rows, records, progress, key)
 
 
 def _each(todo: list[Job], setter: Setter, lanes: int, workers: int | None, scheduler: str | None):
