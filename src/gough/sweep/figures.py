@@ -15,6 +15,7 @@ from .table import Axis, Lines
 MOST_PANELS = 12
 _MOST_POINTS = 2000  # drawn of a cloud; medians are of all
 _BINS = 8
+_MOST_LINES = 4  # points of a grid that have medians of their own
 
 
 def spread(swept: Swept, lines: Lines, ax: Any = None) -> Any:
@@ -37,13 +38,13 @@ def spread(swept: Swept, lines: Lines, ax: Any = None) -> Any:
         share = np.arange(len(good) + 1) / len(found)
         colour = style.COLOURS[k % len(style.COLOURS)]
         ax.step(scale.times * good[[0, *range(len(good))]], 100 * share, where="post", label=label, color=colour)
-    _logarithmic(ax.set_xscale, values)
+    _logarithmic(ax.xaxis, values)
     ax.set_ylim(0, 102)
     failed = int((lines.status != "done").sum())
     lost = f", {failed} failed" if failed else ""
     style.label(ax, f"{len(lines.ids)} runs{lost}", _axis(swept, scale), "runs at or below [%]")
     if ax.get_legend_handles_labels()[1]:
-        style.legend(ax, loc="lower right")
+        _legend(ax)
     return ax
 
 
@@ -56,36 +57,44 @@ def effects(swept: Swept, lines: Lines) -> Any | None:
     columns = min(len(drawn), 3)
     rows = -(-len(drawn) // columns)
     panels = [ax for row in style.new_grid(rows, columns, (4.0 * max(columns, 2), 3.2 * rows)) for ax in row]
+    factors, points = swept.design.factors, swept.design.points
     for ax, k in zip(panels, drawn, strict=False):
+        # machines are drawn alike at every point of a grid: medians over all of it would mix what is far apart
+        apart = range(points) if factors[k].distribution is not None and points <= _MOST_LINES else [None]
         for i in range(len(swept.experiment.controllers)):
-            at = np.flatnonzero((lines.controller == i) & np.isfinite(values))
-            if len(at):
-                _panel(ax, lines.axes[k], lines.values[k][at], scale.times * values[at], i, swept)
+            for point in apart:
+                at = (lines.controller == i) & np.isfinite(values) & ((lines.point == point) | (point is None))
+                if at.any():
+                    name = swept.experiment.labels[i] if point in (None, 0) else None
+                    _panel(ax, lines.values[k][at], scale.times * values[at], i, name)
         _ticks(ax, lines.axes[k])
         unit = lines.axes[k].unit
         left = ax in panels[::columns]
-        name = f"{_short(lines.axes[k].key)}{f' [{unit}]' if unit else ''}"
+        first, _, more = lines.axes[k].key.partition(",")
+        name = f"{_short(first)}{', ...' if more else ''}{f' [{unit}]' if unit else ''}"
         style.label(ax, "", style.verbatim(name), _axis(swept, scale) if left else "")
     for ax in panels[len(drawn) :]:
         ax.set_visible(False)
-    _logarithmic(panels[0].set_yscale, values)
+    for ax in panels[: len(drawn)]:
+        _logarithmic(ax.yaxis, values)
     if len(swept.experiment.controllers) > 1:
-        style.legend_above(panels[0])
+        _legend(panels[0])
     return panels[0].figure
 
 
-def _panel(ax: Any, axis: Axis, x: np.ndarray, y: np.ndarray, i: int, swept: Swept) -> None:
+def _panel(ax: Any, x: np.ndarray, y: np.ndarray, i: int, name: str | None) -> None:
     colour = style.COLOURS[i % len(style.COLOURS)]
     step = -(-len(x) // _MOST_POINTS)
-    ax.plot(x[::step], y[::step], ".", color=colour, alpha=0.25, markersize=3)
+    ax.plot(x[::step], y[::step], ".", color=colour, alpha=0.25, markersize=4)
     places = np.unique(x)
     if len(places) > _BINS:  # bins of equally many runs
-        edges = np.quantile(x, np.linspace(0, 1, _BINS + 1))
-        bins = np.clip(np.searchsorted(edges, x, "right") - 1, 0, _BINS - 1)
-        middles = [(np.median(x[bins == b]), np.median(y[bins == b])) for b in range(_BINS) if (bins == b).any()]
+        count = max(2, min(_BINS, len(x) // 8))
+        edges = np.quantile(x, np.linspace(0, 1, count + 1))
+        bins = np.clip(np.searchsorted(edges, x, "right") - 1, 0, count - 1)
+        middles = [(np.median(x[bins == b]), np.median(y[bins == b])) for b in range(count) if (bins == b).any()]
     else:
         middles = [(place, np.median(y[x == place])) for place in places]
-    label = human(swept.experiment.labels[i])
+    label = human(name) if name else None
     ax.plot(*zip(*middles, strict=True), "o-", color=colour, markersize=4, linewidth=1.4, label=label)
 
 
@@ -106,11 +115,24 @@ def _axis(swept: Swept, scale: Scale) -> str:
     return f"{name} [{scale.unit}]" if scale.unit not in ("", "1") else name
 
 
-def _logarithmic(set_scale: Any, values: np.ndarray) -> None:
-    """A logarithmic axis where values spread over more than a decade."""
+def _logarithmic(axis: Any, values: np.ndarray) -> None:
+    """A logarithmic axis with plain numbers, where values spread over more than half a decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     good = values[np.isfinite(values) & (values > 0)]
-    if len(good) and np.percentile(good, 99) > 10 * np.percentile(good, 1):
-        set_scale("log")
+    if len(good) and np.percentile(good, 99) > 3 * np.percentile(good, 1):
+        axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _legend(ax: Any) -> None:
+    """A legend over the axes, in rows of two."""
+    style.legend(
+        ax, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2, handlelength=1.2,
+        columnspacing=1.2,
+    )  # fmt: skip
 
 
 def _short(text: str, most: int = 44) -> str:

@@ -33,19 +33,18 @@ class Case(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What a factor does to the metric under one controller, all others as they come."""
+    """What a factor does to the metric under one controller."""
 
     factor: int
     controller: int
-    low: float  # median of the metric over the lowest quarter of the factor's values, or its first value
-    high: float  # over the highest quarter, or its last value
+    times: float  # median at the highest quarter of its values (or the last of a list) over that at the lowest
     rank: float | None  # Spearman's correlation; None for words
 
 
 def cases_of(swept: Swept, lines: Lines) -> list[Case]:
     """Every case, in the order of the grid."""
     values, out = lines.metric(swept.design.metric), []
-    order = lines.point * len(swept.experiment.controllers) + lines.controller
+    order = _case(swept, lines)
     for code in np.unique(order):
         at = np.flatnonzero(order == code)
         found = values[at]
@@ -60,23 +59,35 @@ def cases_of(swept: Swept, lines: Lines) -> list[Case]:
 
 
 def effects_of(swept: Swept, lines: Lines) -> list[Effect]:
-    """The main effect of every factor under every controller that has runs to tell it from."""
+    """The main effect of every factor under every controller that has runs to tell it from.
+
+    The runs of a point of the grid are first divided by their median where the factor is drawn: the same machines are
+    at every point, and what the grid does is no effect of theirs.
+    """
     from scipy.stats import spearmanr
 
     values, out = lines.metric(swept.design.metric), []
-    for k, axis in enumerate(lines.axes):
+    within = np.full_like(values, np.nan)
+    for case in np.unique(order := _case(swept, lines)):
+        at = (order == case) & np.isfinite(values)
+        if at.any() and np.median(values[at]) > 0:
+            within[at] = values[at] / np.median(values[at])
+    for k, (axis, factor) in enumerate(zip(lines.axes, swept.design.factors, strict=True)):
+        measured = values if factor.distribution is None else within
         for i in range(len(swept.experiment.controllers)):
-            at = (lines.controller == i) & np.isfinite(values) & np.isfinite(lines.values[k])
-            x, y = lines.values[k][at], values[at]
-            if len(np.unique(x)) < 2:
+            at = (lines.controller == i) & np.isfinite(measured)
+            x, y = lines.values[k][at], measured[at]
+            if len(np.unique(x)) < 2 or len(np.unique(y)) < 2:
                 continue
-            low, high = np.quantile(x, (0.25, 0.75))
-            rank = math.nan if axis.words or len(np.unique(y)) < 2 else float(spearmanr(x, y).statistic)
-            first, last = y[x <= low], y[x >= high]
-            out.append(
-                Effect(k, i, float(np.median(first)), float(np.median(last)), rank if math.isfinite(rank) else None)
-            )
+            low, high = np.quantile(x, (0.25, 0.75), method="nearest")
+            first, last = np.median(y[x <= low]), np.median(y[x >= high])
+            rank = None if axis.words else float(spearmanr(x, y).statistic)
+            out.append(Effect(k, i, float(last / first) if first > 0 else math.nan, rank))
     return out
+
+
+def _case(swept: Swept, lines: Lines) -> np.ndarray:
+    return lines.point * len(swept.experiment.controllers) + lines.controller
 
 
 class Shown(NamedTuple):
@@ -148,21 +159,13 @@ def case_rows(swept: Swept, lines: Lines, cases: list[Case]) -> tuple[list[str],
 
 def effect_rows(swept: Swept, lines: Lines, effects: list[Effect]) -> tuple[list[str], list[list[str]]]:
     """Heads and cells of the table of effects, the largest first."""
-    unit, labels = told(swept.design.metric)[0], swept.experiment.labels
-    heads = ["factor", "controller", "median at low values", "at high values", "times", "rank correlation"]
+    labels = swept.experiment.labels
+    heads = ["factor", "controller", "from low to high values", "rank correlation"]
+    told_ = [one for one in effects if math.isfinite(one.times) and one.times > 0]
     rows = []
-    for one in sorted(effects, key=lambda e: -abs(math.log(max(e.high, 1e-300) / max(e.low, 1e-300)))):
-        times = f"{one.high / one.low:.3g}" if one.low > 0 else "-"
+    for one in sorted(told_, key=lambda e: -abs(math.log(e.times))):
         rank = "-" if one.rank is None else f"{one.rank:+.2f}"
-        row = [
-            lines.axes[one.factor].key,
-            labels[one.controller],
-            show(one.low, unit),
-            show(one.high, unit),
-            times,
-            rank,
-        ]
-        rows.append(row)
+        rows.append([lines.axes[one.factor].key, labels[one.controller], f"x {one.times:.3g}", rank])
     return heads, rows
 
 
