@@ -12,7 +12,7 @@ import queue
 import socket
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -129,7 +129,7 @@ class Cluster:
         with contextlib.suppress(Exception):
             self.client.close(timeout=2)
 
-    def each(self, tasks: Sequence[Task]) -> Iterator[tuple[int, Done]]:
+    def each(self, tasks: Iterable[Task]) -> Iterator[tuple[int, Done]]:
         """(number of the task, what came of it), as they end.
 
         Raises
@@ -139,27 +139,27 @@ class Cluster:
         """
         from distributed import as_completed
 
-        waiting = iter(enumerate(tasks))
-        ended, numbers = as_completed(loop=self.client.loop), {}
+        coming = enumerate(tasks)
+        ended, sent = as_completed(loop=self.client.loop), {}
 
         def send() -> None:
-            number, task = next(waiting, (None, None))
-            if task is not None:
+            item = next(coming, None)
+            if item is not None:
                 # not pure: whether a run is done already the store knows, not Dask
-                future = self.client.submit(work, task, pure=False, retries=0)
-                numbers[future.key] = number
+                future = self.client.submit(work, item[1], pure=False, retries=0)
+                sent[future.key] = item
                 ended.add(future)
 
         for _ in range(_AHEAD * self.workers):
             send()
         for future in ended:
-            number = numbers.pop(future.key)
+            number, task = sent.pop(future.key)
             if future.status != "finished":
                 error = future.exception() if future.status == "error" else None
                 if error is None:
                     raise self._lost("the scheduler is gone", ConnectionError(future.status))
                 raise RunError(
-                    f"a batch of {len(tasks[number].jobs)} runs broke on the cluster", where=self.address,
+                    f"a batch of {len(task.jobs)} runs broke on the cluster", where=self.address,
                     value=f"{type(error).__name__}: {error}"[:120], cure="the same command goes on",
                 )  # fmt: skip
             done = future.result()

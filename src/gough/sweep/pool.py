@@ -40,25 +40,32 @@ class Pool:
             hand.process.join()
             hand.pipe.close()
 
-    def each(self, tasks: Iterable[Task]) -> Iterator[tuple[int, Done]]:
-        """(number of the task, what came of it), as they end.
+    def each(self, tasks: Iterable[Task], most: int) -> Iterator[tuple[int, Done]]:
+        """(number of the task, what came of it), as they end; a task is asked for when a worker is free for it.
+
+        `most` is the greatest number of tasks that there can be.
 
         Raises
         ------
         RunError
             a batch has killed three workers.
         """
-        waiting = deque(enumerate(tasks))
+        coming, again = enumerate(tasks), deque()
         tries: dict[int, int] = {}
-        self._hands = [self._hand() for _ in range(min(self.workers, len(waiting)))]
         busy: dict[Connection, tuple[_Hand, tuple[int, Task]]] = {}
-        idle = deque(self._hands)
-        while waiting or busy:
-            while waiting and idle:
-                hand, item = idle.popleft(), waiting.popleft()
-                with contextlib.suppress(OSError):  # it has died: its pipe says so below
-                    hand.pipe.send(item[1])
-                busy[hand.pipe] = hand, item
+
+        def send(hand: _Hand) -> None:
+            item = again.popleft() if again else next(coming, None)
+            if item is None:
+                return
+            with contextlib.suppress(OSError):  # it has died: its pipe says so below
+                hand.pipe.send(item[1])
+            busy[hand.pipe] = hand, item
+
+        self._hands = [self._hand() for _ in range(min(self.workers, most))]
+        for hand in list(self._hands):
+            send(hand)
+        while busy:
             for pipe in wait(list(busy), _QUIET):
                 hand, (number, task) = busy.pop(pipe)
                 try:
@@ -71,19 +78,14 @@ class Pool:
                             value=f"exit status {hand.ended()}, first run {task.jobs[0].id[:8]}",
                             cure="is there memory for so many --workers?",
                         ) from None
-                    waiting.appendleft((number, task))
+                    again.append((number, task))
                     self._hands.remove(hand)
                     hand.ended()
                     self._hands.append(self._hand())
-                    idle.append(self._hands[-1])
-                    continue
-                idle.append(hand)
-                if waiting:  # it goes on while its results are being kept
-                    item = waiting.popleft()
-                    with contextlib.suppress(OSError):
-                        hand.pipe.send(item[1])
-                    busy[pipe] = idle.pop(), item
-                yield number, done
+                    send(self._hands[-1])
+                else:
+                    send(hand)  # it goes on while its results are being kept
+                    yield number, done
 
     def _hand(self) -> _Hand:
         ours, theirs = self._context.Pipe()

@@ -7,21 +7,24 @@ times it was ended.
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..experiment import Experiment
 from ..experiment.resolve import resolved
+from ..files import Document
 from ..kernel.lanes import native_width
 from .design import Design, design_of
 from .jobs import Job, Row, batches_of, experiment_key, rows_of
 from .pool import Pool
 from .settings import Setter
 from .store import Store
-from .work import task_of
+from .work import Done, Task, task_of
 
 Tell = Callable[["Progress"], None]
 
@@ -102,42 +105,64 @@ def sweep(
         if tell is not None:
             tell(progress)
         todo = [job for id, job in jobs.items() if id not in records]
-        for _, done in _each(todo, setter, width, workers, scheduler):
-            kept = [{**record, "experiment": key} for record in done.records]
-            store.put(kept)
-            for record in kept:
-                records[record["id"]] = record
-                progress.take(record, design.metric)
-            for id, reason in done.broken.items():
-                records[id] = {"id": id, "status": "broken", "reason": reason, "metrics": {}, "experiment": key}
-                progress.done, progress.failed = progress.done + 1, progress.failed + 1
-            progress.warned += [text for text in done.warned if text not in progress.warned]
-            if tell is not None:
-                tell(progress)
+
+        def missing(batch: list[Job]) -> list[Job]:
+            """Those of a batch that no other sweep on this store has done meanwhile."""
+            for job in batch:
+                if (record := store.get(job.id)) is not None:
+                    records[job.id] = record
+                    progress.take(record, design.metric)
+            return [job for job in batch if job.id not in records]
+
+        work = _each(todo, setter, width, workers, scheduler, store.shared, missing)
+        with contextlib.closing(work):  # whatever happens here, no worker is left
+            for done in work:
+                kept = [{**record, "experiment": key} for record in done.records]
+                store.put(kept)
+                for record in kept:
+                    records[record["id"]] = record
+                    progress.take(record, design.metric)
+                for id, reason in done.broken.items():
+                    records[id] = {"id": id, "status": "broken", "reason": reason, "metrics": {}, "experiment": key}
+                    progress.done, progress.failed = progress.done + 1, progress.failed + 1
+                progress.warned += [text for text in done.warned if text not in progress.warned]
+                if tell is not None and progress.done < progress.total:
+                    tell(progress)
+    if tell is not None:
+        tell(progress)
     return Swept(experiment, design, rows, records, progress, key)
 
 
-def _each(todo: list[Job], setter: Setter, lanes: int, workers: int | None, scheduler: str | None):
+def _each(
+    todo: list[Job], setter: Setter, lanes: int, workers: int | None, scheduler: str | None, shared: bool,
+    missing: Callable[[list[Job]], list[Job]],
+) -> Iterator[Done]:  # fmt: skip
+    """What comes of the jobs, batch by batch."""
     if not todo:
         return
-    count = workers or len(os.sched_getaffinity(0))
+
+    def tasks(count: int) -> tuple[int, Iterator[Task]]:
+        batches = batches_of(todo, count)
+        ordered = reversed(batches) if shared else batches  # two sweeps of one store meet in the middle
+        found = (missing(batch) for batch in ordered)
+        return len(batches), (task_of(setter, lanes, batch) for batch in found if batch)
+
     if scheduler is not None:
         from .cluster import Cluster
 
         with Cluster(scheduler) as cluster:
-            tasks = [task_of(setter, lanes, jobs) for jobs in batches_of(todo, cluster.workers)]
-            yield from cluster.each(tasks)
+            for _, done in cluster.each(tasks(cluster.workers)[1]):
+                yield done
     else:
+        count = workers or len(os.sched_getaffinity(0))
         with Pool(count) as pool:
-            yield from pool.each([task_of(setter, lanes, jobs) for jobs in batches_of(todo, count)])
+            most, coming = tasks(count)
+            for _, done in pool.each(coming, most):
+                yield done
 
 
 def resolved_with(experiment: Experiment, design: Design) -> dict[str, str]:
     """The files that repeat a sweep: as those of its experiment, its [sweep] table with nothing left open."""
-    import dataclasses
-
-    from ..files import Document
-
     old = experiment.document
     document = Document(old.path, old.text, {**old.data, "sweep": design.to_file()}, old.lines)
     return resolved(dataclasses.replace(experiment, document=document))

@@ -41,6 +41,7 @@ class Store:
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
+        self.shared = False  # whether another sweep was at work here when this one began
 
     def __enter__(self) -> Store:
         try:
@@ -83,6 +84,7 @@ class Store:
             with contextlib.suppress(OSError), open(left / "lock", "ab") as lock:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 shutil.rmtree(left)
+            self.shared = self.shared or left.exists()
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
