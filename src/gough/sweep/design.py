@@ -17,6 +17,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -56,7 +57,8 @@ class Drawn(NamedTuple):
     settings: dict[str, Any]
 
 
-class Design(NamedTuple):
+@dataclass(frozen=True)
+class Design:
     """The runs of a sweep, but for the controllers."""
 
     factors: list[Factor]
@@ -86,7 +88,8 @@ class Design(NamedTuple):
             from scipy.stats import qmc
 
             engine = _sobol(qmc, count, rng)
-            engine.fast_forward(first)
+            if first:
+                engine.fast_forward(first)
             with warnings.catch_warnings():  # of numbers of draws that are no power of 2, which are as good a mean
                 warnings.simplefilter("ignore", UserWarning)
                 u = engine.random(last - first)
