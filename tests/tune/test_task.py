@@ -15,7 +15,13 @@ from .conftest import SWEEP, TEXT, TUNE
 
 def test_a_gain_between_two_positive_ends_is_searched_on_a_logarithmic_scale():
     gain = Gain("controller.bandwidth", 4.0, 40.0, "Hz")
-    assert [gain.value(u) for u in (-0.1, 0.0, 0.5, 1.0, 2.0)] == ["4.0 Hz", "4.0 Hz", "12.6491 Hz", "40.0 Hz", "40.0 Hz"]
+    assert [gain.value(u) for u in (-0.1, 0.0, 0.5, 1.0, 2.0)] == [
+        "4.0 Hz",
+        "4.0 Hz",
+        "12.6491 Hz",
+        "40.0 Hz",
+        "40.0 Hz",
+    ]
     assert gain.place("12.649110640673518 Hz") == pytest.approx(0.5) and gain.place(4.0) == 0.0
     assert gain.place("3.9 Hz") is None and gain.place("fast") is None
 
@@ -80,13 +86,17 @@ def test_what_is_tuned_cannot_be_drawn_too(written):
 
 
 def test_machines_are_counted_only_where_they_are_drawn(written):
-    with pytest.raises(ExperimentError, match="tune.machines: counts machines that .sweep. draws, and there is no such"):
+    with pytest.raises(
+        ExperimentError, match="tune.machines: counts machines that .sweep. draws, and there is no such"
+    ):
         task_of(written(TUNE + "machines = 4\n", sweep=""))
 
 
 def test_one_controller_is_tuned_at_a_time(written):
     two = TEXT + '[[controller]]\nkind = "axis_pd"\nstiffness = "4 N/um"\n'
-    with pytest.raises(ExperimentError, match="one controller is tuned at a time, got pid, axis_pd; give --controller pid"):
+    with pytest.raises(
+        ExperimentError, match="one controller is tuned at a time, got pid, axis_pd; give --controller pid"
+    ):
         task_of(written(text=two))
 
 

@@ -99,8 +99,14 @@ def test_where_nothing_holds_the_limits_the_closest_is_told(written):
 def test_an_experiment_that_cannot_run_is_said_as_gough_run_says_it(written, tmp_path):
 
     with pytest.raises(ExperimentError, match="the believed machine has no friction|no "):
-        text = TEXT.replace('kind = "pid"\nbandwidth = "8 Hz"', 'kind = "robust_adaptive"\nslope = "60 1/s"\ndamping = "120 1/s"')
-        tune(written(TUNE.replace('bandwidth" = ["4 Hz", "40 Hz"]', 'slope" = ["40 1/s", "80 1/s"]'), sweep="", text=text))
+        text = TEXT.replace(
+            'kind = "pid"\nbandwidth = "8 Hz"', 'kind = "robust_adaptive"\nslope = "60 1/s"\ndamping = "120 1/s"'
+        )
+        tune(
+            written(
+                TUNE.replace('bandwidth" = ["4 Hz", "40 Hz"]', 'slope" = ["40 1/s", "80 1/s"]'), sweep="", text=text
+            )
+        )
 
 
 @pytest.mark.full
@@ -152,7 +158,9 @@ def test_the_gradient_comes_as_far_as_evolution_with_fewer_candidates(written):
 
 @pytest.mark.full
 def test_a_gradient_of_what_is_not_smooth_is_refused_by_name(written):
-    with pytest.raises(ExperimentError, match="tune.method: a gradient needs a smooth goal, got worst contour_error.max"):
+    with pytest.raises(
+        ExperimentError, match="tune.method: a gradient needs a smooth goal, got worst contour_error.max"
+    ):
         tune(written(TUNE + 'method = "gradient"\n'))
     with pytest.raises(ExperimentError, match="plant.drive.encoder: has no gradient: the run is not smooth"):
         tune(written(SMOOTH + 'method = "gradient"\n'))

@@ -85,7 +85,10 @@ class _Smooth:
             schedule = _with(schedule, len(gains), (tool,))
         except InputError as error:
             raise ExperimentError(
-                "the run is not smooth", key="controller", value=str(error.problems[0].where), cure=error.problems[0].cure
+                "the run is not smooth",
+                key="controller",
+                value=str(error.problems[0].where),
+                cure=error.problems[0].cure,
             ) from None
         self.kernel, self.tool = _kernel(schedule), tool
         values = start.parameters(machine, true, self.law, plant, period, 0, asked)
@@ -188,7 +191,11 @@ def _directions(controller, machine, period, gains, row, u0):
             ends = [(1, numbers(part + h)), (-1, numbers(part - h))]
         except InputError:  # at a bound of the number: inwards, to the same order
             side = 1 if _may_be(controller, name, part + 2 * h) else -1
-            ends = [(-3 * side, numbers(part)), (4 * side, numbers(part + side * h)), (-side, numbers(part + 2 * side * h))]
+            ends = [
+                (-3 * side, numbers(part)),
+                (4 * side, numbers(part + side * h)),
+                (-side, numbers(part + 2 * side * h)),
+            ]
         thetas.append(sum(weight * end[0] for weight, end in ends) / (2 * h))
         states.append(sum(weight * end[1] for weight, end in ends) / (2 * h))
     return np.array(thetas).T, np.array(states).T

@@ -95,7 +95,9 @@ def gains_of(vary: Any, experiment: Experiment, setter: Setter) -> list[Gain]:
     """
     if not isinstance(vary, Mapping) or not vary:
         cure = 'write vary = { "controller.bandwidth" = ["5 Hz", "80 Hz"] }'
-        raise ExperimentError("must be a table of gains, each with its two ends", key="vary", value=brief(vary), cure=cure)
+        raise ExperimentError(
+            "must be a table of gains, each with its two ends", key="vary", value=brief(vary), cure=cure
+        )
     if len(vary) > MOST_GAINS:
         raise ExperimentError("too many gains", key="vary", value=str(len(vary)), limit=str(MOST_GAINS))
     problems, found = [], []

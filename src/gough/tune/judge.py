@@ -148,7 +148,9 @@ class Judge:
         radius = max((run.radius for run in runs if run.radius is not None), default=0.0)
         if radius > GROWS:
             reason = f"the loop at home is unstable: spectral radius {radius:.6g} a sample"
-            return Score(cost=UNSTABLE * (1 + min(1.0, radius - 1)), status="unstable", goal=goal, reason=reason, **about)
+            return Score(
+                cost=UNSTABLE * (1 + min(1.0, radius - 1)), status="unstable", goal=goal, reason=reason, **about
+            )
         excess, reasons = 0.0, []
         for name in ("saturated", "force", "overshoot"):
             limit = getattr(table, name)

@@ -82,7 +82,9 @@ def evolution(judge: Judged, start: np.ndarray, scale: float, seed: int) -> None
     from scipy.optimize import differential_evolution
 
     rng, count = np.random.default_rng(seed), max(8, 4 * len(start))
-    first = (rng.permuted(np.tile(np.arange(count), (len(start), 1)), axis=1).T + rng.random((count, len(start)))) / count
+    first = (
+        rng.permuted(np.tile(np.arange(count), (len(start), 1)), axis=1).T + rng.random((count, len(start)))
+    ) / count
     first[0] = start
     try:
         differential_evolution(

@@ -1,18 +1,18 @@
 """The [tune] table of an experiment: what may be changed, what is wanted, and within which limits.
 
-    [tune]
-    vary      = { "controller.bandwidth" = ["5 Hz", "80 Hz"] }
-    goal      = "worst"                  # over the machines: or "mean"
-    metric    = "contour_error.max"      # or contour_error.rms, contour_error.mean
-    machines  = 8                        # drawn by [sweep], to tune on
-    held_out  = 8                        # drawn further, never tuned on, told beside
-    saturated = 0.0                      # greatest share of samples with a drive at its limit
-    force     = "8 kN"                   # greatest force of a joint; left out: what drives give
-    overshoot = "20 um"                  # of a joint past a reference at rest; left out: any
-    method    = "cma"                    # or "evolution", or "gradient" of what is smooth; cma where left out and
-                                         # there are two gains or more
-    budget    = 200                      # candidates tried, at most
-    seed      = 0
+[tune]
+vary      = { "controller.bandwidth" = ["5 Hz", "80 Hz"] }
+goal      = "worst"                  # over the machines: or "mean"
+metric    = "contour_error.max"      # or contour_error.rms, contour_error.mean
+machines  = 8                        # drawn by [sweep], to tune on
+held_out  = 8                        # drawn further, never tuned on, told beside
+saturated = 0.0                      # greatest share of samples with a drive at its limit
+force     = "8 kN"                   # greatest force of a joint; left out: what drives give
+overshoot = "20 um"                  # of a joint past a reference at rest; left out: any
+method    = "cma"                    # or "evolution", or "gradient" of what is smooth; cma where left out and
+                                     # there are two gains or more
+budget    = 200                      # candidates tried, at most
+seed      = 0
 """
 
 from __future__ import annotations
