@@ -95,7 +95,7 @@ def test_several_gains_of_a_joint_loop_and_bristles_have_a_gradient_too(sheet, s
     ("change", "said"),
     [
         ({}, "plant.drive.encoder: has no gradient: the run is not smooth, got an encoder that counts; write"),
-        ({"drive.encoder": None, "drive.torque_limit": 3.0}, "the run is not smooth: a drive is at its limit, got at t ="),
+        ({"drive.encoder": None, "drive.torque_limit": 3.0}, "not smooth: a drive is at its limit, got at t = "),
     ],
 )  # fmt: skip
 def test_what_is_not_smooth_is_refused_by_name(sheet, smooth, change, said):

@@ -61,8 +61,14 @@ def test_without_a_sweep_the_plant_is_the_one_machine(written):
     [
         ("", "tune: the table is missing; write [tune] and vary = "),
         ("[tune]\nbudget = 5\n", "tune.vary: must be a table of gains, each with its two ends"),
-        (TUNE.replace("bandwidth", "bandwith"), "tune.vary.controller.bandwith: names nothing of this experiment; did you mean controller.bandwidth?"),
-        (TUNE.replace("controller.bandwidth", "plant.payload"), "tune.vary.plant.payload: is no gain: only what a controller has is tuned"),
+        (
+            TUNE.replace("bandwidth", "bandwith"),
+            "vary.controller.bandwith: names nothing of this experiment; did you mean controller.bandwidth?",
+        ),
+        (
+            TUNE.replace("controller.bandwidth", "plant.payload"),
+            "tune.vary.plant.payload: is no gain: only what a controller has is tuned",
+        ),
         (TUNE.replace('"4 Hz"', '"50 Hz"'), "the first end must lie below the second, got '50 Hz' and '40 Hz'"),
         (TUNE.replace('"4 Hz"', '"4 1/s"'), "both ends must have one unit, got '4 1/s' and '40 Hz'"),
         (TUNE.replace('"4 Hz"', '"-4 Hz"'), "tune.vary.controller.bandwidth: controller.0.bandwidth "),

@@ -42,11 +42,19 @@ COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machin
 def fastest_pole(machine, friction: float = 1.0) -> float:
     """Largest magnitude of the poles of the plant at home with `friction` times its friction, rad/s."""
     rest = np.zeros(len(machine.velocities))
-    z, u0 = machine.at_rest(machine.home)
+    z, u0 = _at_rest(_Still(machine))
     theta = machine.theta if friction == 1 else np.where(drifts(machine), friction, 1.0) * machine.theta
     memory, loads = np.zeros(machine.memory_count), largest_loads(machine)
-    found = plant_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
-    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found[:2])
+    found = _rates_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
+    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found)
+
+
+@lru_cache(maxsize=64)
+def _rates_jacobians(shape: Shape) -> ca.Function:
+    """The first two of `plant_jacobians`."""
+    whole = plant_jacobians(shape)
+    inputs = [ca.SX.sym(whole.name_in(i), whole.sparsity_in(i)) for i in range(whole.n_in())]
+    return ca.Function("rates_jacobians", inputs, whole.call(inputs)[:2])
 
 
 def largest_loads(machine) -> np.ndarray:
@@ -55,8 +63,38 @@ def largest_loads(machine) -> np.ndarray:
     Of a machine with elastic joints those of the rigid one: it swings about them.
     """
     machine = machine.rigid
-    if not machine.load_count:
-        return np.zeros(0)
+    return _largest_loads(_Still(machine)) if machine.load_count else np.zeros(0)
+
+
+class _Still:
+    """A machine as a key: equal for those that differ at most in the numbers of friction, which no machine at rest
+    knows: forces at rest, inertias and what they load the joints with are the same, to the last bit."""
+
+    def __init__(self, machine):
+        self.machine, shape = machine, Shape(machine)
+        self._key = shape, machine.theta[_still(shape)].tobytes()
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Still) and self._key == other._key
+
+
+@lru_cache(maxsize=64)
+def _still(shape: Shape) -> np.ndarray:
+    return np.array([not name.startswith(("friction.", "joints.friction.")) for name in shape.part.names], bool)
+
+
+@lru_cache(maxsize=64)
+def _at_rest(key: _Still) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and joint forces at home."""
+    return key.machine.at_rest(key.machine.home)
+
+
+@lru_cache(maxsize=64)
+def _largest_loads(key: _Still) -> np.ndarray:
+    machine = key.machine
     d, memory = len(machine.task), np.zeros(machine.memory_count)
     poses, coordinates = _poses(_Geometry(machine))
     pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
@@ -115,14 +153,23 @@ def load_gain(machine, friction: float = 1.0) -> float:
     """
     if not (machine.friction and machine.friction.loaded) or machine.rigid is not machine:
         return 0.0  # friction on a motor behind its spring moves nothing that presses on it before the spring bends
-    n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
-    z, law = machine.coordinates(machine.home), machine.friction
-    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))
+    n, law = machine.joints_count, machine.friction
+    push, back = _push_and_back(_Still(machine))
     mu = friction * np.broadcast_to(law.coulomb if law.static is None else law.static, n)
+    return float((mu * push * back).sum())
+
+
+@lru_cache(maxsize=64)
+def _push_and_back(key: _Still) -> tuple[np.ndarray, np.ndarray]:
+    """What a newton in each strut does, and how its normal force follows the acceleration: (n,) each, at home."""
+    machine = key.machine
+    n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
+    z = machine.coordinates(machine.home)
+    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))
     L = np.linalg.cholesky(machine.mass_matrix(machine.home))
-    push = np.linalg.solve(L, machine.jacobian(machine.home).T)  # columns: what a newton in a strut does
-    back = np.linalg.solve(L, slopes[:n].T)  # columns: how its normal force follows the acceleration
-    return float((mu * np.linalg.norm(push, axis=0) * np.linalg.norm(back, axis=0)).sum())
+    push = np.linalg.solve(L, machine.jacobian(machine.home).T)
+    back = np.linalg.solve(L, slopes[:n].T)
+    return np.linalg.norm(push, axis=0), np.linalg.norm(back, axis=0)
 
 
 @lru_cache(maxsize=64)

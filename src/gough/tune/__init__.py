@@ -1,1 +1,1 @@
-"""Tuning: gains that make a controller's contour error small on machines that are drawn, within limits of its effort."""
+"""Tuning: gains that make a controller's contour error small on drawn machines, within limits of its effort."""

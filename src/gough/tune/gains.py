@@ -2,8 +2,8 @@
 
     vary = { "controller.bandwidth" = ["5 Hz", "80 Hz"], "controller.speed_ratio" = [2, 5] }
 
-A gain is searched on a scale from 0 to 1, logarithmic where both ends are above 0: u -> low (high / low)^u, else linear.
-What is tried is written with six digits, so a file with the number in it runs the very same candidate.
+A gain is searched from 0 to 1, logarithmically where both ends are above 0: u -> low (high / low)^u, else linearly.
+What is tried is written with six digits, so a file with the number in it runs the very candidate.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The slope of the mean rms contour error by the coordinates of the search, from sensitivities of every machine's run."""
+"""The slope of the mean rms contour error by the coordinates of the search, from sensitivities of every run."""
 
 from __future__ import annotations
 

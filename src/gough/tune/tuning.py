@@ -1,4 +1,4 @@
-"""tune(): an experiment with a [tune] table in, gains that are better out, with what they are worth on other machines."""
+"""tune(): an experiment with a [tune] table in, better gains out, and what they are worth on other machines."""
 
 from __future__ import annotations
 
