@@ -2,6 +2,7 @@
 
     python -m bench.campaign            10 000 circles of 1 s: wall clock, CPU, memory of all processes
     python -m bench.campaign growth     10 ... 100 000 runs, 1 ... 16 s, one machine after the other
+    python -m bench campaign            the same, into docs/performance.md
 
 Every run is one second of nist-octahedral, 1 kHz, on a circle of 20 mm under `RobustAdaptive`, with the friction of the
 sheet (LuGre that scales with the load, encoders that count) times a factor of its own, normal(1, 0.2).  What is timed
@@ -22,6 +23,8 @@ import numpy as np
 RUNS, WORKERS, PIECE = 10_000, 2, 500
 RADIUS, FEED, SETTLE = 0.02, 0.15, 0.1  # one turn takes 1.01 s with its ramps and its time at rest
 SPREAD = 0.2
+MOST_WALL, MOST_MEMORY = 60.0, 1e9  # aims for RUNS runs
+MACHINES = ("nist-octahedral", "okuma-pm600", "eth-hexaglide", "ccu-3prs", "ifma-hsm")
 
 
 def program(seconds: float = 1.0):
@@ -96,17 +99,35 @@ def campaign(runs: int = RUNS, workers: int = WORKERS, seconds: float = 1.0) -> 
     }  # fmt: skip
 
 
+def machines(count: int = 64) -> list[dict]:
+    """CPU of a batch of the same circle on each machine under a law that all of them take, with its own payloads."""
+    import gough as gk
+
+    found = []
+    for name in MACHINES:
+        machine, law = gk.load_machine(name), gk.FuzzyFriction(slope=60.0, damping=120.0)
+        plants = [gk.Plant(machine=machine, payload=1.0 + 0.02 * i) for i in range(count)]
+        path = gk.Circle(radius=RADIUS / 2, feed=FEED / 2, settle=SETTLE)
+        gk.simulate(machine, law, path, plants[:1] * 2, keep="metrics")
+        begun = time.process_time()
+        log = gk.simulate(machine, law, path, plants, keep="metrics")
+        seconds = log.metrics["samples"].mean() * 1e-3
+        found.append({"machine": name, "runs": count, "cpu_s": (time.process_time() - begun) / seconds})
+    return found
+
+
 def _children() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
-def growth(most: int = 100_000) -> dict[str, list[dict[str, float]]]:
-    """Cost against the number of runs, and against the samples of a run."""
+def growth(most: int = 100_000) -> dict[str, list[dict]]:
+    """Cost against the number of runs, the samples of a run, and the machine."""
     counts = [count for count in (10, 100, 1000, 10_000, 100_000) if count <= most]
     return {
         "runs": [campaign(count) for count in counts],
         "steps": [campaign(256, seconds=seconds) for seconds in (1, 2, 4, 8, 16)],
+        "machines": machines(),
     }
 
 
