@@ -75,7 +75,7 @@ class Store:
             raise ExperimentError("must be a folder", key="--out", value=str(self.folder), cure="choose another name")
         # a marker on its way is that of a sweep that begins, or was killed then
         known = [path for path in self.folder.iterdir() if not path.name.endswith(MARKER)]
-        if known and not is_store(self.folder):
+        if not is_store(self.folder) and known:
             raise ExperimentError(
                 "the folder holds files that are no sweep's", key="--out", value=str(self.folder),
                 cure="choose another with --out",
