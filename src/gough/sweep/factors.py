@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import ExperimentError, InputError, Problem, did_you_mean
+from ..errors import ExperimentError, InputError, Problem
 from ..experiment import Experiment
 from ..quantities import brief
 from .distributions import Distribution, distribution_of, is_distribution
@@ -123,7 +123,7 @@ def _try(setter: Setter, names: tuple[str, ...], value: Any, told: str = "") -> 
         problems = []
         for problem in error.problems:
             if problem.rule == "no such key":
-                near = did_you_mean(_as_named(problem.key or "", names), setter.names())
+                near = setter.near(_as_named(problem.key or "", names))
                 problem = Problem("names nothing of this experiment", key=problem.key, cure=near)
             else:
                 problem = Problem(**{**problem.__dict__, "value": f"{problem.value or brief(value)}{told}"})

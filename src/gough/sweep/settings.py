@@ -14,7 +14,7 @@ from typing import Any
 from .. import units
 from ..complaints import under
 from ..declare import Part
-from ..errors import ExperimentError, InputError, did_you_mean
+from ..errors import ExperimentError, InputError, did_you_mean, nearest
 from ..experiment import Experiment, parts
 from ..experiment.observers import observer_of
 from ..experiment.parts import Controller
@@ -23,6 +23,7 @@ from ..quantities import written
 
 TABLES = ("machine", "plant", "program", "controller", "observer", "run")
 _KEPT = 1024  # parts of a table that are kept; a batch has fewer
+_TOLD = 12  # names, where none is near
 _NOT_MEASURED = ("log_every", "signals")  # of [run]: what a log keeps is no factor of what is measured
 
 Settings = Mapping[str, Any]
@@ -89,7 +90,7 @@ class Setter:
         """Every key of the file that a name stands for: itself, or one for each controller that has it."""
         table, _, key = name.partition(".")
         if table not in TABLES or not key or (table == "run" and key in _NOT_MEASURED):
-            raise ExperimentError("names nothing of this experiment", key=name, cure=did_you_mean(name, self.names()))
+            raise ExperimentError("names nothing of this experiment", key=name, cure=self.near(name))
         if table == "observer" and self.experiment.observer is None:
             raise ExperimentError("the experiment has no [observer]", key=name, cure="write that table, or drop this")
         if table != "controller":
@@ -100,12 +101,12 @@ class Setter:
             if int(head) >= len(laws) or not rest:
                 raise ExperimentError(
                     "there is no such controller", key=name, limit=f"{len(laws)} of them, counted from 0",
-                    cure=did_you_mean(name, self.names()),
+                    cure=self.near(name),
                 )  # fmt: skip
             return [name]
         found = [f"controller.{i}.{key}" for i, law in enumerate(laws) if head in type(law).model_fields]
         if not found:
-            raise ExperimentError("names nothing of this experiment", key=name, cure=did_you_mean(name, self.names()))
+            raise ExperimentError("names nothing of this experiment", key=name, cure=self.near(name))
         return found
 
     def of_controller(self, settings: Settings, i: int) -> dict[str, Any]:
@@ -116,6 +117,15 @@ class Setter:
             for name, value in self.expanded(settings).items()
             if name.startswith(mine) or not name.startswith("controller.")
         }
+
+    def near(self, name: str) -> str:
+        """The cure for a name that is none: the nearest right one, else some of its table."""
+        names = self.names()
+        if nearest(name, names):
+            return did_you_mean(name, names)
+        own = [one for one in names if one.startswith(f"{name.partition('.')[0]}.")] or names
+        more = ", ..." if len(own) > _TOLD else ""
+        return f"there is {', '.join(own[:_TOLD])}{more}"
 
     def names(self) -> list[str]:
         """Every name that a setting of this experiment may have, but for those of parts that are absent."""

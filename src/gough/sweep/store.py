@@ -46,10 +46,11 @@ class Store:
     def __enter__(self) -> Store:
         try:
             self._refuse_foreign()
-            for name in ("runs", "experiments", ".partial"):
-                (self.folder / name).mkdir(parents=True, exist_ok=True)
-            if not (self.folder / MARKER).exists():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if not (self.folder / MARKER).exists():  # the first that is there: whoever sees more, sees whose it is
                 write_atomic(self.folder / MARKER, json.dumps({"schema": STORE}) + "\n")
+            for name in ("runs", "experiments", ".partial"):
+                (self.folder / name).mkdir(exist_ok=True)
             with open(self.folder / ".partial" / "door", "ab") as door:  # nobody cleans while another one enters
                 fcntl.flock(door, fcntl.LOCK_EX)
                 self._clean()
@@ -72,7 +73,9 @@ class Store:
             return
         if not self.folder.is_dir():
             raise ExperimentError("must be a folder", key="--out", value=str(self.folder), cure="choose another name")
-        if any(self.folder.iterdir()) and not is_store(self.folder):
+        # a marker on its way is that of a sweep that begins, or was killed then
+        known = [path for path in self.folder.iterdir() if not path.name.endswith(MARKER)]
+        if not is_store(self.folder) and known:
             raise ExperimentError(
                 "the folder holds files that are no sweep's", key="--out", value=str(self.folder),
                 cure="choose another with --out",
