@@ -96,8 +96,8 @@ def _campaign(found: dict) -> list[str]:
 
     aim = f"{RUNS:_}".replace("_", " ")
     about = [
-        "Closed-loop circles of `nist-octahedral` at 1 kHz under `robust_adaptive`, each with its own friction (LuGre that",
-        "scales with the load), in two processes; everything counted: start, drawing, set-up, contour error, metrics.",
+        "Closed-loop circles of `nist-octahedral` at 1 kHz under `robust_adaptive`, each with its own friction (LuGre",
+        "that scales with the load), in two processes; all is counted: start, drawing, set-up, contour error, metrics.",
         f"Aim: {aim} runs of 1 s below {MOST_WALL:g} s, below {MOST_MEMORY / 1e9:g} GB.",
     ]
     heads = ["runs", "of, s", "wall, s", "CPU, s", "CPU a run, ms", "memory, MB"]
