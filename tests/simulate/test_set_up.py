@@ -34,7 +34,8 @@ def loads_one_by_one(machine):
 
 @pytest.mark.quick("gravity", "strut.tube")
 @pytest.mark.parametrize("changes", [
-    {}, {"friction.coulomb": 0.27, "friction.stiffness": 2e9, "joints.friction.viscous": 0.3}, {"platform.mass": 240.0, "friction.coulomb": 0.27, "friction.static": 0.3}, {"strut.moving.mass": 66.0},
+    {}, {"friction.static": 0.27, "friction.stiffness": 2e9, "joints.friction.coefficient": 0.3},
+    {"platform.mass": 240.0, "friction.coulomb": 0.27, "friction.static": 0.3}, {"strut.moving.mass": 66.0},
     {"limits.workspace.radius": 0.1}, {"strut.tube": 1.05}, {"feed.acceleration": 4.0}, {"gravity": [0.0, 0.0, -3.7]},
 ], ids=lambda changes: next(iter(changes), "sheet"))  # fmt: skip
 def test_loads_of_a_plant_are_its_own_whatever_others_were_asked_before(nist, changes):
