@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
+from gough.errors import ExperimentError
 from gough.tune.search import Spent, cma_es, evolution
 
 CENTRE = np.array([0.3, 0.7, 0.55])
@@ -53,3 +56,11 @@ def test_points_that_cost_far_more_than_others_are_ranked_and_nothing_else(metho
     """A cliff of 1e9, as of candidates that are refused, in half of the cube."""
     points, costs = searched(method, 1, 600, lambda u: 1e9 if u[1] < 0.5 else bowl(u))
     assert np.abs(points[np.argmin(costs)] - CENTRE).max() < 1e-2
+
+
+def test_without_its_package_cma_is_refused_with_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    with pytest.raises(
+        ExperimentError, match=r'tune.method: CMA-ES needs the package cma; pip install "gough\[tune\]"'
+    ):
+        searched(cma_es, 1, 10, bowl)
