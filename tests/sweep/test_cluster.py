@@ -91,7 +91,7 @@ def test_what_is_no_address_is_told_as_wrong_input(address, experiment, tmp_path
 def test_a_scheduler_without_workers_is_told(experiment, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 4.0)
     with (
-        distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None) as empty,
+        distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as empty,
         pytest.raises(RunError, match="the scheduler has no workers; start some: dask worker tcp://127.0.0.1"),
     ):
         sweep(experiment(VARY, "runs = 2"), tmp_path / "s", scheduler=empty.scheduler_address)
@@ -115,4 +115,4 @@ def test_without_the_extra_the_cure_is_one_line(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ExperimentError) as caught:
         cluster.Cluster("tcp://127.0.0.1:8786")
-    assert str(caught.value) == "--scheduler: --scheduler needs dask.distributed; pip install 'gough[cluster]'"
+    assert str(caught.value) == "--scheduler: needs dask.distributed; pip install 'gough[cluster]'"

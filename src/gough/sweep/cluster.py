@@ -40,7 +40,7 @@ class Cluster:
             from distributed import Client
         except ImportError:
             raise ExperimentError(
-                "--scheduler needs dask.distributed", key="--scheduler", cure="pip install 'gough[cluster]'"
+                "needs dask.distributed", key="--scheduler", cure="pip install 'gough[cluster]'"
             ) from None
         self.address = address
         begun = time.monotonic()
