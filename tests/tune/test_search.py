@@ -60,7 +60,5 @@ def test_points_that_cost_far_more_than_others_are_ranked_and_nothing_else(metho
 
 def test_without_its_package_cma_is_refused_with_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "cma", None)
-    with pytest.raises(
-        ExperimentError, match=r'tune.method: CMA-ES needs the package cma; pip install "gough\[tune\]"'
-    ):
+    with pytest.raises(ExperimentError, match=r"tune.method: CMA-ES needs the package cma; pip install .gough\[tune\]"):
         searched(cma_es, 1, 10, bowl)
