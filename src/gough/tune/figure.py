@@ -26,14 +26,15 @@ def progress_figure(tuned: Tuned, ax: Any = None) -> Any:
         these = np.array([score.status == status for score in tuned.history])
         if these.any():
             heights = np.where(np.isfinite(goals), goals * scale.times, top)[these]
-            label = {"held": "holds the limits", "beyond": "beyond a limit"}.get(status, status)
-            ax.plot(number[these], heights, mark, color=style.COLOURS[colour], label=label, markersize=3.5)
+            ax.plot(number[these], heights, mark, color=style.COLOURS[colour], label=status, markersize=3.5)
     held = np.array([score.goal if score.status == "held" else np.inf for score in tuned.history])
     best = np.minimum.accumulate(held) * scale.times
     ax.step(number[np.isfinite(best)], best[np.isfinite(best)], where="post", color=style.INK, label="best so far")
     ax.set_yscale("log")
     table = tuned.task.table
     said = f"{table.goal} {table.metric.replace('_', ' ').replace('.', ', ')}"
-    style.label(ax, style.verbatim(f"{said}, {len(tuned.task.machines)} machines"), "candidate", f"goal [{scale.unit}]")
+    machines = len(tuned.task.machines)
+    title = f"{machines} machine{'s' * (machines > 1)}"
+    style.label(ax, style.verbatim(title), "candidate", f"{said} [{scale.unit}]")
     style.legend_above(ax)
     return ax
