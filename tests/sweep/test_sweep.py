@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 import pytest
-from sweeps import FILE, runs_of
+from sweep_files import FILE, runs_of
 
 import gough as gk
 from gough.errors import RunError
