@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from sweeps import FILE
+from sweep_files import FILE
 
 
 @pytest.fixture

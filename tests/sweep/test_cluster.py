@@ -10,7 +10,7 @@ import threading
 import time
 
 import pytest
-from sweeps import runs_of
+from sweep_files import runs_of
 
 from gough.errors import ExperimentError, RunError
 from gough.experiment import load_experiment

@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 import pytest
-from sweeps import FILE, runs_of
+from sweep_files import FILE, runs_of
 
 import gough as gk
 from gough.errors import RunError
@@ -174,11 +174,13 @@ def test_the_index_is_made_again_of_the_files(whole, gough):
     assert index(folder) == kept
 
 
-def killed(path, folder, after: float, workers: int = 2):
-    """Start a sweep, kill it and all it started, and see what it left."""
-    process = command(path, "-o", folder, "-w", workers, "--quiet", start_new_session=True)
-    time.sleep(after)
-    process.send_signal(signal.SIGKILL)  # the parent alone: its workers have to see to themselves
+def killed(path, folder, at: int, delay: float):
+    """Start a sweep, and kill it `delay` s after it has kept `at` runs: its parent alone; what it left."""
+    process = command(path, "-o", folder, "-w", 2, "--quiet", start_new_session=True)
+    while process.poll() is None and (at and len(list((folder / "runs").glob("*/*.json"))) < at):
+        time.sleep(0.002)
+    time.sleep(delay)
+    process.send_signal(signal.SIGKILL)  # its workers have to see to themselves
     process.communicate()
     return process
 
@@ -197,15 +199,15 @@ def survivors(session: int) -> list[str]:
 def disturbed(written, tmp_path, kills: int, runs: int, seed: int) -> None:
     """SIGKILL at random moments, then a sweep to the end: nothing lost, nothing else than without."""
     path = written(VARY, f"runs = {runs // 4}")
-    began = time.monotonic()
     assert ended(command(path, "-o", tmp_path / "whole", "-w", 2, "--quiet"))[0] == 0
-    lasted = time.monotonic() - began
     good, rng = runs_of(tmp_path / "whole"), random.Random(seed)
     assert len(good) == runs
     for kill in range(kills):
         folder, known = tmp_path / f"killed-{kill}", {}
         for _ in range(2):
-            process = killed(path, folder, rng.uniform(0.3, 1.0) * lasted)
+            # anywhere: while it starts, or just before, while or after the runs of a batch are kept
+            at = 0 if rng.random() < 0.1 else rng.randrange(len(known) + 1, runs) if len(known) < runs - 1 else 0
+            process = killed(path, folder, at, rng.uniform(0, 3) if at == 0 else rng.uniform(0, 0.05))
             left = runs_of(folder) if (folder / "runs").exists() else {}
             assert known.items() <= left.items(), "a finished run was lost"
             assert left.items() <= good.items(), "a file is not whole"

@@ -100,18 +100,18 @@ class Shown(NamedTuple):
 
 
 def worst_runs(swept: Swept, lines: Lines, folder: Path) -> list[Shown]:
-    """The runs of the largest metric, worst first; then one run of every reason that runs failed for."""
+    """The runs of the largest metric, worst first, and the worst of the best case; then one of every reason to fail."""
     values = lines.metric(swept.design.metric)
     order = [k for k in np.argsort(-np.nan_to_num(values, nan=-np.inf), kind="stable") if np.isfinite(values[k])]
     labels, unit, out, seen = swept.experiment.labels, told(swept.design.metric)[0], [], set()
-    for k in order:
+    least = min((c for c in cases_of(swept, lines) if c.worst is not None), key=lambda c: c.worst, default=None)
+    last = [] if least is None else [lines.ids.index(least.worst_id)]  # that of the best case, whatever else is worse
+    for k in [*order[: _SHOWN - 1], *last]:
         if lines.ids[k] in seen:
             continue
         seen.add(lines.ids[k])
         text = f"{labels[lines.controller[k]]}: {swept.design.metric} {show(float(values[k]), unit)}"
         out.append(_shown(swept, lines.ids[k], text, folder))
-        if len(out) == _SHOWN:
-            break
     for reason, count in reasons(lines)[:_SHOWN]:
         k = next(
             k for k, (r, s) in enumerate(zip(lines.reason, lines.status, strict=True)) if s != "done" and r == reason
