@@ -2,8 +2,8 @@
 
 Every engine runs once a round and the rounds are interleaved; a figure is the median of the rounds, a ratio the median
 of the ratios within a round.  What is measured is CPU time of one core; of the workers it is work a second of the wall
-clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers]` measures some of it and keeps the rest of
-the last result.
+clock.  `python -m bench [loops] [laws] [learning] [rows] [workers] [peers] [campaign]` measures some of it and keeps
+the rest of the last result.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from gough.kernel.lanes import native_width
 from gough.log.build import plain
 from gough.simulate.provenance import processor
 
-from . import learning, loops, tables
+from . import campaign, learning, loops, tables
 from .rows import Rows
 from .workers import Workers
 
 ROUNDS = 5
 DOCS = Path(__file__).parent.parent / "docs"
-PARTS = ("loops", "laws", "learning", "rows", "workers", "peers")
+PARTS = ("loops", "laws", "learning", "rows", "workers", "peers", "campaign")
 
 
 def medians(rounds: list[dict[str, float]]) -> dict[str, float]:
@@ -116,6 +116,7 @@ def main(parts: list[str]) -> None:
         "rows": measure_rows,
         "workers": measure_workers,
         "peers": measure_peers,
+        "campaign": campaign.growth,
     }
     for part in PARTS:
         if not parts or part in parts:

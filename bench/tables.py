@@ -91,6 +91,26 @@ def _peers(found: dict) -> list[str]:
     ]  # fmt: skip
 
 
+def _campaign(found: dict) -> list[str]:
+    from .campaign import MOST_MEMORY, MOST_WALL, RUNS
+
+    aim = f"{RUNS:_}".replace("_", " ")
+    about = [
+        "Closed-loop circles of `nist-octahedral` at 1 kHz under `robust_adaptive`, each with its own friction (LuGre",
+        "that scales with the load), in two processes; all is counted: start, drawing, set-up, contour error, metrics.",
+        f"Aim: {aim} runs of 1 s below {MOST_WALL:g} s, below {MOST_MEMORY / 1e9:g} GB.",
+    ]
+    heads = ["runs", "of, s", "wall, s", "CPU, s", "CPU a run, ms", "memory, MB"]
+    body = [
+        [f"{one['runs']:_}".replace("_", " "), f"{one['seconds']:.3g}", f"{one['wall_s']:.3g}", f"{one['cpu_s']:.3g}",
+         f"{1e3 * one['cpu_s'] / one['runs']:.3g}", f"{one['memory'] / 1e6:.0f}"]
+        for part in ("runs", "steps") for one in found[part]
+    ]  # fmt: skip
+    machines = [[one["machine"], _cell(1e3 * one["cpu_s"] / one["runs"])] for one in found["machines"]]
+    lines = ["## Campaigns", "", *about, "", *table(heads, body), "", "By machine, a batch of 64 in one process:", ""]
+    return [*lines, *table(["machine", "CPU a run of 1 s, ms"], machines)]
+
+
 def table(heads: list[str], rows: list[list[str]]) -> list[str]:
     return [f"| {' | '.join(row)} |" for row in ([*heads], ["---"] * len(heads), *rows)]
 
@@ -101,5 +121,5 @@ def _cell(value) -> str:
 
 _PARTS = (
     ("loops", _loops), ("laws", _laws), ("learning", _learning), ("rows", _rows), ("workers", _workers),
-    ("peers", _peers),
+    ("peers", _peers), ("campaign", _campaign),
 )  # fmt: skip

@@ -150,9 +150,9 @@ def test_c1_options_that_do_not_go_together_are_found_without_a_run(complaints, 
     assert found.partition(": ")[2] == expected and found.partition(": ")[0].isdigit()
 
 
-def test_c1_a_sweep_is_said_not_to_be_there(complaints):
-    assert complaints(EXPERIMENT + '[sweep]\nvary = { "run.seed" = [1, 2] }\n') == [
-        "21: sweep: sweeps are not in this version of gough; remove the table"
+def test_c1_a_sweep_is_a_table(complaints):
+    assert complaints(EXPERIMENT + '[[sweep]]\nvary = { "run.seed" = [1, 2] }\n') == [
+        '21: sweep: must be a table; write [sweep] and vary = { "controller.bandwidth" = ["10 Hz", "20 Hz"] }'
     ]
 
 

@@ -10,7 +10,7 @@ import gough as gk
 from gough.declare import Part, quantity
 from gough.frames import quaternion_of_abc_np
 from gough.machine.workspace import random_poses
-from gough.simulate import stability, tick
+from gough.simulate import loads, stability, tick
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def nist():
 
 def loads_one_by_one(machine):
     """The largest loads by CasADi's interpreter, pose by pose, on poses drawn for this very machine."""
-    poses = [machine.home, *random_poses(machine, stability.POSES, np.random.default_rng(0))]
+    poses = [machine.home, *random_poses(machine, loads.POSES, np.random.default_rng(0))]
     feed, function, still = machine.feed, tick.loads_function(machine), np.zeros(6)
     steps = np.diag([feed.acceleration] * 3 + [feed.angular_acceleration] * 3)
     found = []
@@ -34,11 +34,13 @@ def loads_one_by_one(machine):
 
 @pytest.mark.quick("gravity", "strut.tube")
 @pytest.mark.parametrize("changes", [
-    {}, {"platform.mass": 240.0, "friction.coulomb": 0.27, "friction.static": 0.3}, {"strut.moving.mass": 66.0},
+    {}, {"friction.static": 0.27, "friction.stiffness": 2e9, "joints.friction.coefficient": 0.3},
+    {"platform.mass": 240.0, "friction.coulomb": 0.27, "friction.static": 0.3}, {"strut.moving.mass": 66.0},
     {"limits.workspace.radius": 0.1}, {"strut.tube": 1.05}, {"feed.acceleration": 4.0}, {"gravity": [0.0, 0.0, -3.7]},
 ], ids=lambda changes: next(iter(changes), "sheet"))  # fmt: skip
 def test_loads_of_a_plant_are_its_own_whatever_others_were_asked_before(nist, changes):
-    """Poses are shared by machines of one geometry, and only by them; to rounding, from another compiler."""
+    """Poses are shared by machines of one geometry, loads by those that differ in friction only; to rounding, from
+    another compiler."""
     machine = nist.replace(**changes)
     np.testing.assert_allclose(stability.largest_loads(machine), loads_one_by_one(machine), rtol=1e-12)
 

@@ -1,6 +1,7 @@
 """The command line: what can be asked, and how it ends.
 
     gough run FILE       simulate an experiment or an NC program, write logs and a report
+    gough sweep FILE     the runs that its [sweep] table asks for, and what they come to together
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
     gough view RESULT    the machine moving along a run, in the browser
@@ -94,6 +95,67 @@ def run(
         run_file(file, machine, controller or (), seed, out, force, quiet or json, strict, outcome)
 
     return finish("run", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def tune(
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [tune] table.")],
+    machine: MachineName = None,
+    controller: ControllerNames = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Candidates tried, at most.")] = None,
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    seed: Annotated[int | None, typer.Option("--seed", help="Of the search, instead of the file's.")] = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Find gains that make the contour error small on drawn machines, within limits; write them as a file that runs."""
+
+    def work(outcome: Outcome) -> None:
+        from .tune import tune_file
+
+        tune_file(file, machine, controller or (), budget, seed, out, force, quiet or json, outcome)
+
+    return finish("tune", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def sweep(
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [sweep] table, or the folder of a sweep.")],
+    runs: Annotated[
+        int | None, typer.Option("--runs", "-n", help="Draws of the distributions, instead of the file's.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", "-w", help="Processes on this machine.  [default: one for each core]")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a dask.distributed scheduler, as tcp://host:8786.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="Of the draws, instead of the file's.")] = None,
+    rerun: Annotated[
+        str | None, typer.Option("--rerun", help="Do the run of this id again, with a full log and a report.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder of the sweep.  [default: results/NAME-sweep]")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="With --rerun: write into a folder with other files.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Do the runs of a [sweep] table; what has ended is kept, and the same command goes on where it was stopped."""
+
+    def work(outcome: Outcome) -> None:
+        from .sweep import Asked, sweep_file
+        from .sweep import rerun as rerun_one
+
+        if rerun is not None:
+            rerun_one(file, rerun, out, force, quiet or json, outcome)
+        else:
+            sweep_file(file, Asked(runs, seed, workers, scheduler), out, quiet or json, outcome)
+
+    return finish("sweep", work, json, debug)
 
 
 @app.command(rich_help_panel="Simulate")

@@ -43,7 +43,7 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
 
 _LABELS = {"machine_kind": "kind"}
 _NC_PERIOD = 1e-3  # s, at which the path of a bare NC program is looked at
-_UNITS = {"duration": "s", "length": "m", "period": "s"}
+_UNITS = {"duration": "s", "length": "m", "period": "s", "sweep": "runs", "tune": "candidates"}
 
 
 def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
@@ -85,6 +85,7 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         motion = experiment.program.plan(experiment.machine)
     except InputError as error:
         raise experiment.document.locate(error, "program") from None
+    sweep = _sweep(experiment) | _tune(experiment)
     _check_cut(experiment, motion)
     _check_loops(experiment, motion.duration)
     check_motion(experiment.machine, motion, experiment.run.period)
@@ -93,7 +94,26 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         "controllers": [controller.kind for controller in experiment.controllers],
         **({} if experiment.observer is None else {"observer": experiment.observer.kind}),
         "duration": round(float(motion.duration), 3),
+        **sweep,
     }
+
+
+def _sweep(experiment: Experiment) -> dict[str, Any]:
+    """What the [sweep] table asks for, checked; nothing where there is none."""
+    if "sweep" not in experiment.document.data:
+        return {}
+    from ..sweep.design import design_of
+
+    return {"sweep": len(design_of(experiment)) * len(experiment.controllers)}
+
+
+def _tune(experiment: Experiment) -> dict[str, Any]:
+    """What the [tune] table asks for, checked; nothing where there is none."""
+    if "tune" not in experiment.document.data:
+        return {}
+    from ..tune.table import task_of
+
+    return {"tune": task_of(experiment).table.budget}
 
 
 def _check_cut(experiment: Experiment, motion: Any) -> None:

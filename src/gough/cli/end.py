@@ -33,6 +33,7 @@ class Outcome:
     def __init__(self, command: str, as_json: bool):
         self.as_json = as_json
         self.data: dict[str, Any] = {"schema": f"gough-{command}-1", "status": "done", "error": None}
+        self.kept = "nothing was written"  # what an interrupted command leaves
         self.rows: list[dict[str, Any]] | None = None  # printed instead of the object, unless there was an error
 
     def say(self, *lines: Any) -> None:
@@ -89,7 +90,7 @@ def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: b
         if debug:
             traceback.print_exc()
         text = "terminated" if isinstance(error, Interrupted) else "interrupted"
-        print(f"gough: {text}; nothing was written", file=sys.stderr, flush=True)
+        print(f"gough: {text}; {outcome.kept}", file=sys.stderr, flush=True)
         status = INTERRUPTED
         outcome.data.update(status="failed", error={"code": "Interrupted", "problems": [{"rule": text}]})
     except BrokenPipeError:  # `gough show ... | head`

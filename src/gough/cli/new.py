@@ -204,6 +204,15 @@ seed      = 0                    # of the encoder's noise
 # min_ferror = "0.2 mm"          # the same at rest; needs the machine's limits.speed
 # encoder_check = "1 kN"         # flag encoders that read what takes more unknown force on a joint: friction, cutting
 # stop_ramp  = "2 m/s2"          # at a flag or following error the tool brakes along its path before the run ends
+
+# [sweep]                        # for `gough sweep FILE`: many runs, each with other values; docs/sweeps.md
+# runs   = 100                   # draws of what is varied by a distribution
+# method = "random"              # or "sobol", drawn more evenly
+# metric = "contour_error.max"   # what the summary is about
+# [sweep.vary]
+# "plant.payload" = "uniform(0, 40) kg"          # or normal, lognormal, loguniform, triangular, integers, choice
+# "plant.friction.coulomb, plant.friction.static" = "normal(1.0, 0.2) x"     # one number for both
+# "controller.bandwidth" = ["8 Hz", "12 Hz"]     # a list: every draw at each of its values
 """
 
 MAP = """\

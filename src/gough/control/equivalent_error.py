@@ -103,6 +103,11 @@ class EquivalentError(Controller):
     def on(self, machine, period):
         law = super().on(machine, period)
         d = len(law.machine.task)
+        if d < 3:
+            raise ExperimentError(
+                "contour errors are across a path in space", key="controller", value=f"{law.machine.name}, of {d} axis",
+                cure='write kind = "pid", or another machine',
+            )  # fmt: skip
         for key in ("strength", "boundary"):
             if np.ndim(getattr(law, key)) and len(getattr(law, key)) != d:
                 raise ExperimentError(f"must be one value or {d}", key=key, value=f"{len(getattr(law, key))} values")

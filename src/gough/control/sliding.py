@@ -27,13 +27,14 @@ Source: Garagic and Srinivasan, ACC 2004, eqs. (6)-(17), with these deviations:
 from __future__ import annotations
 
 from abc import abstractmethod
+from functools import lru_cache
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..declare import Array, quantity
+from ..declare import Array, Shape, quantity
 from ..errors import ExperimentError, InputError, did_you_mean
 from ..mechanics.linear import solve_square_transposed
 from ..observe import forward
@@ -143,7 +144,7 @@ class SlidingLaw(Controller):
             for name in sorted(_names(text) & before):
                 raise ExperimentError("a number is learned by one factor", key=f"adapt.{i}", value=f"{name} once more")
             before |= _names(text)
-        idle, nonlinear = self._unfit()
+        idle, nonlinear = _unfit(Shape(self))
         if nonlinear:
             raise ExperimentError(
                 "the equations of motion are not linear in what is to be learned", key=f"adapt.{nonlinear[0]}",
@@ -154,16 +155,6 @@ class SlidingLaw(Controller):
                 "no force depends on it, so nothing is to be learned of it", key=f"adapt.{idle[0]}",
                 value=self.adapt[idle[0]], cure="learn masses and inertias; friction has factors and rules of its own",
             )  # fmt: skip
-
-    def _unfit(self) -> tuple[list[int], list[int]]:
-        """Which groups f does not depend on, and which it is not linear in."""
-        m, d = self.machine, len(self.machine.velocities)
-        theta, factors = ca.SX.sym("theta", len(self.theta)), ca.SX.sym("factors", len(self.adapt))
-        z = ca.SX.sym("z", m.coordinate_count)
-        V, A = ca.SX.sym("V", d), ca.SX.sym("A", d)
-        f = self._force_at(self._believed(theta, factors), z, m.jacobian_of(self.at(theta).machine, z), V, A)
-        idle = [i for i, used in enumerate(ca.which_depends(f, factors, 1)) if not used]
-        return idle, [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]
 
     def _check_period(self, M) -> None:
         W = np.diag(self._weights(self))
@@ -274,3 +265,19 @@ def _check_positive(K, key: str) -> None:
         raise InputError(
             "must be positive definite", key=key, value="eigenvalues " + ", ".join(f"{x:.4g}" for x in eigenvalues)
         )
+
+
+@lru_cache(maxsize=64)
+def _unfit(shape: Shape) -> tuple[list[int], list[int]]:
+    """Of a law of that structure, which groups f does not depend on, and which it is not linear in.
+
+    No number of the law or its machine matters: all are symbols here.
+    """
+    law = shape.part
+    m, d = law.machine, len(law.machine.velocities)
+    theta, factors = ca.SX.sym("theta", len(law.theta)), ca.SX.sym("factors", len(law.adapt))
+    z = ca.SX.sym("z", m.coordinate_count)
+    V, A = ca.SX.sym("V", d), ca.SX.sym("A", d)
+    f = law._force_at(law._believed(theta, factors), z, m.jacobian_of(law.at(theta).machine, z), V, A)
+    idle = [i for i, used in enumerate(ca.which_depends(f, factors, 1)) if not used]
+    return idle, [i for i, curved in enumerate(ca.which_depends(f, factors, 2)) if curved]

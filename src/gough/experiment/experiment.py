@@ -7,6 +7,8 @@
     [[controller]]  kind = "pid", ...; several run side by side
     [observer]      kind = "disturbance", ...: beside each of them, for the log
     [run]           period, substeps, seed, log_every, signals
+    [sweep]         what `gough sweep` varies from run to run: gough.sweep
+    [tune]          what `gough tune` may change, and what is wanted: gough.tune
 
 Every mistake is found at once and said with file, line, key, rule, value and cure.  Nothing in a file is executed:
 kinds are looked up in fixed tables and among the entry points `gough.controllers` of installed packages.
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
-TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "run", "sweep")
+TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "run", "sweep", "tune")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
 
 
@@ -176,9 +178,9 @@ class _Builder:
         for key in self.data:
             if key not in (*TABLES, "schema"):
                 self._note([Problem("no such table", key=key, cure=did_you_mean(key, TABLES))])
-        if "sweep" in self.data:
-            cure = "remove the table"
-            self._note([Problem("sweeps are not in this version of gough", key="sweep", cure=cure)])
+        for key in ("sweep", "tune"):  # gough.sweep and gough.tune check what they say
+            if key in self.data and not isinstance(self.data[key], Mapping):
+                self._note([Problem("must be a table", key=key, cure=parts.EXAMPLES[key])])
         known = self._make("machine", parts.sheet_machine, self.folder)
         machine = self._make("machine", parts.believed, known) if known else None
         plant = self._make("plant", parts.plant_of, machine or known) if known and "plant" in self.data else None

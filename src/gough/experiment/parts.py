@@ -36,6 +36,8 @@ EXAMPLES = {
     "controller": 'write [[controller]] and kind = "pid"',
     "observer": EXAMPLE,
     "run": 'write [run] and e.g. period = "1 ms"',
+    "tune": 'write [tune] and vary = { "controller.bandwidth" = ["5 Hz", "80 Hz"] }',
+    "sweep": 'write [sweep] and vary = { "controller.bandwidth" = ["10 Hz", "20 Hz"] }',
 }
 
 

@@ -58,6 +58,9 @@ def resolved(experiment: Experiment, command: str = "gough run") -> dict[str, st
     if experiment.observer is not None:
         tables["observer"] = experiment.observer.to_file()
     tables["run"] = experiment.run.to_file()
+    for name in ("sweep", "tune"):
+        if name in data:
+            tables[name] = data[name]
     head = (
         f"# Repeats the run of {experiment.document.path.name!a}: {command} {NAME}\n# Written by gough {__version__}.\n"
     )

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_AT_REST = 1e-6  # m/s
+AT_REST = 1e-6  # m/s
 
 
 class Glitch(NamedTuple):
@@ -67,8 +67,8 @@ class ReversalMeter:
             self._sign, self._last = np.zeros(qd_r.shape[1]), qd_r[0]
         self._error = np.concatenate([self._error, np.asarray(contour_error, float)])
         self._counted = np.concatenate([self._counted, np.asarray(counted, bool)])
-        sign = np.where(np.abs(qd_r) > _AT_REST, np.sign(qd_r), 0.0)
-        sign = _carried(np.concatenate([self._sign[None], sign]))
+        sign = np.where(np.abs(qd_r) > AT_REST, np.sign(qd_r), 0.0)
+        sign = carried(np.concatenate([self._sign[None], sign]))
         previous = np.concatenate([self._last[None], qd_r[:-1]])
         for row, joint in zip(*np.nonzero(sign[1:] * sign[:-1] < 0), strict=True):
             now, then = qd_r[row, joint], previous[row, joint]
@@ -117,7 +117,7 @@ def reversals(period: float, qd_r, contour_error, counted, glitch: Glitch = CONT
     return meter.close()
 
 
-def _carried(sign):
+def carried(sign):
     """Zeros replaced by the last sign before them.  (n, joints)."""
     rows = np.where(sign != 0, np.arange(len(sign))[:, None], 0)
     np.maximum.accumulate(rows, axis=0, out=rows)

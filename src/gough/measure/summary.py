@@ -4,6 +4,7 @@
     lag, tracking                      max, rms of the absolute value; tracking: the worst joint   m        feed moves
     reversals                          count, largest (glitch)                                     m        feed moves
     strut_force, strut_velocity        peak of the absolute value of any joint                     N, m/s   all samples
+    overshoot                          max of any joint, past a reference that rests (overshoot.py) m       all samples
     saturated                          share of samples with a drive at its limit                           all samples
     samples, counted                   how many, and how many of feed moves
 
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
+from .overshoot import OvershootMeter
 from .reversal import ReversalMeter
 from .tree import columns, nested
 
@@ -37,6 +39,7 @@ class Accumulator:
         self._tracking: list[_Worst] = []
         self._force = self._velocity = None
         self._reversals = ReversalMeter(period, keep=keep_reversals)
+        self._overshoot = OvershootMeter()
         self._limited = False
 
     def update(
@@ -63,6 +66,7 @@ class Accumulator:
         if saturated is not None:
             self._limited = True
             self._saturated += int((np.asarray(saturated) != 0).any(1).sum())
+        self._overshoot.update(q_r, qd_r, q)
         self._reversals.update(qd_r, contour_error, counted)
 
     def result(self) -> dict[str, Any]:
@@ -78,6 +82,7 @@ class Accumulator:
             "reversals": {"count": self._reversals.count, "largest": _number(self._reversals.largest)},
             "strut_force": {"peak": _number(self._force)},
             "strut_velocity": {"peak": _number(self._velocity)},
+            "overshoot": {"max": _number(self._overshoot.largest)},
             "saturated": self._saturated / self.samples if self._limited and self.samples else None,
             "samples": self.samples,
             "counted": self.counted,

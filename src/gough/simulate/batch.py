@@ -87,6 +87,7 @@ class Batch:
             self.sums = [Accumulator(run.period, keep_reversals=self.rows_kept) for _ in plants]
             self.samples = np.zeros(self.count, int)
             self.errors: list[RunError | None] = [None] * self.count
+            self.hit: list[dict | None] = [None] * self.count
             self.kept = Kept(self.ticks, run.log_every, self.count, self.shared)
             self.faults = max(len(plant.faults) for plant in plants)
             self.drifts = any(plant.friction_drift for plant in plants)
@@ -98,17 +99,20 @@ class Batch:
             ready = self._ready()
             self.substeps_of = [one.substeps for one in ready]
             self.substeps = max(self.substeps_of)
-            radii = [
-                stability.check_loop(
+            self.radii = {
+                key: stability.check_loop(
                     self.true if self.plant.flexible else machine, law, run.period, self.substeps, strict, self.notes
                 )
-                for law in {id(law): law for law in self.laws}.values()
-            ]
-            self.radius = None if None in radii else max(radii)
+                for key, law in {id(law): law for law in self.laws}.items()
+            }
+            self.radius = None if None in self.radii.values() else max(self.radii.values())
             self._start(ready)
 
     def _bound(self, laws):
-        known = {id(law): law.on(self.believed, self.run_part.period) for law in laws}
+        known = {}
+        for law in laws:  # what is the same object stays one
+            if id(law) not in known:
+                known[id(law)] = law.on(self.believed, self.run_part.period)
         return [known[id(law)] for law in laws]
 
     def _check_rows(self):
@@ -231,6 +235,7 @@ class Batch:
             stop = simulation.stops[j]
             ends[j] = stop.tick - k
             i = members[j]
+            self.hit[i] = {"limit": stop.label, "reason": stop.reason, "time": stop.time, "value": stop.value}
             self.errors[i] = columns.explain(
                 stop, self.plants[i].true_machine, self.motion, run.period, self.asked.ends_at_once
             )
@@ -319,6 +324,8 @@ class Batch:
                 "simulated_time": float(self.samples[i] * self.run_part.period),
                 "plant": differs[0][id(self.plants[i])],
                 "controller": differs[1][id(self.laws[i])],
+                "spectral_radius": self.radii[id(self.laws[i])],
+                "limit_hit": self.hit[i],
             }
             if self.rows_kept:
                 told |= {"rows": int(rows[i]), "reversals": self.sums[i].reversals}

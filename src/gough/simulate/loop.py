@@ -22,6 +22,7 @@ In the continuous limit, for a law that knows the machine, d/d_r of each axis is
 from __future__ import annotations
 
 import math
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -29,7 +30,7 @@ import numpy as np
 from ..declare import Shape
 from ..kernel.pack import fields, flatten
 from ..machine.arrays import column
-from . import tick
+from . import law_tasks, tick
 from .drift import scaled
 from .linear import StateSpace, plant_jacobians
 
@@ -75,12 +76,12 @@ class Loop:
         self.law, self.x, self.rest = law, x, tick.rest_row(self.machine, x)
         z, u0 = self.machine.at_rest(x)
         self.state = law.init(self.rest, u0)
-        schedule = tick.build(self.machine, law, self.state, self.rest, period, substeps)
-        states = tick.first_states(schedule, z, self.state, u0)
+        self.sample = _kept(_Sample(self.machine, law, self.state, self.rest, period, substeps))
+        self.numbers = ca.DM(self.machine.theta), ca.DM(law.theta)
+        states = tick.first_states(self.sample.schedule, z, self.state, u0)
         self.states = {name: value for name, value in states.items() if value.size}
         cuts = np.cumsum([0, *(value.size for value in self.states.values())])
         self.rows = {name: slice(a, b) for name, a, b in zip(self.states, cuts[:-1], cuts[1:], strict=True)}
-        self.step = self._step(schedule, substeps)
         self.S, _, self.shown = self._ways(self.machine, z, u0)
         believed = self.machine.rigid  # a reference is a pose of the machine that nothing bends
         z_r, u_r = (z, u0) if believed is self.machine else believed.at_rest(x)
@@ -94,21 +95,11 @@ class Loop:
         S = np.array(found[0])[: len(z), len(z) :]
         return S, np.array(found[3]) @ S, np.array(found[4])
 
-    def _step(self, schedule, substeps: int) -> ca.Function:
-        """(s; reference) -> s a sample later."""
-        size, r0 = self.rows[next(reversed(self.rows))].stop, flatten(self.rest)
-        both = ca.MX.sym("both", size + len(r0))
-        values = {name: ca.MX(ca.DM(value)) for name, value in (
-            ("theta_plant", self.machine.theta), ("theta_law", self.law.theta), ("wrench", np.zeros(6)),
-        )}  # fmt: skip
-        values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
-        values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
-        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
-            for task in (*schedule.tasks, *(schedule.substep * substeps)):
-                if k % task.every == 0:
-                    out = task.function(*[values[name] for name in task.reads])
-                    values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
-        return ca.Function("step", [both], [ca.vertcat(*[values[name] for name in self.states])])
+    def step(self, points) -> np.ndarray:
+        """(s; reference), (n,) or in columns (n, N) -> s a sample later, in columns."""
+        points = np.reshape(points, (len(points), -1))
+        count = points.shape[1]
+        return np.array(self.sample.function.map(count)(points, *(ca.repmat(n, 1, count) for n in self.numbers)))
 
     def jacobians(self, inputs: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """A (s, s) and B (s, d) of eq. (1), with all states; B (s, 0) without `inputs`."""
@@ -120,7 +111,7 @@ class Loop:
             points += list(at + sign * moved)
             for dx in STEP * self.T.T if inputs else ():
                 points.append(np.concatenate([s0, flatten(tick.rest_row(self.machine, self.x + sign * dx))]))
-        after = np.array(self.step.map(2 * len(plus))(np.array(plus + minus).T))
+        after = self.step(np.array(plus + minus).T)
         half = len(plus)
         slopes = (after[:, :half] - after[:, half:]) / (2 * np.r_[small, np.full(half - len(small), STEP)])
         return slopes[:, : len(s0)], slopes[:, len(s0) :]
@@ -133,3 +124,49 @@ class Loop:
             if self.law.learns(name):
                 found[start + where.start : start + where.stop] = True
         return found
+
+
+class _Sample:
+    """One sample as a function of states, reference and the numbers of machine and law.
+
+    A key too, equal where only numbers differ: of a thousand laws of one kind it is made once.
+    """
+
+    def __init__(self, machine, law, state, rest, period: float, substeps: int):
+        self.parts = machine, law, state, rest, period, substeps
+        self._key = Shape(machine), Shape(law), law_tasks.rates(law, period), period, substeps
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Sample) and self._key == other._key
+
+    @cached_property
+    def schedule(self):
+        return tick.build(*self.parts)
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """(s; reference), theta of the machine, theta of the law -> s a sample later."""
+        machine, law, state, rest, _, substeps = self.parts
+        schedule, values, s0 = self.schedule, {}, 0
+        sizes = {signal.name: signal.size for signal in schedule.of_kind("state")}
+        both = ca.MX.sym("both", sum(sizes.values()) + len(flatten(rest)))
+        for name, size in sizes.items():
+            values[name], s0 = both[s0 : s0 + size] if size else ca.MX(0, 1), s0 + size
+        states = list(sizes)
+        numbers = ca.MX.sym("machine", len(machine.theta)), ca.MX.sym("law", len(law.theta))
+        values |= {"reference": both[s0:], "wrench": ca.MX(ca.DM.zeros(6))}
+        values |= dict(zip(("theta_plant", "theta_law"), numbers, strict=True))
+        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
+            for task in (*schedule.tasks, *(schedule.substep * substeps)):
+                if k % task.every == 0:
+                    out = task.function(*[values[name] for name in task.reads])
+                    values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
+        return ca.Function("step", [both, *numbers], [ca.vertcat(*[values[name] for name in states])])
+
+
+@lru_cache(maxsize=32)
+def _kept(sample: _Sample) -> _Sample:
+    return sample

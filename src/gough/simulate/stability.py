@@ -23,18 +23,16 @@ import numpy as np
 
 from ..declare import Shape
 from ..errors import ExperimentError, InputError
-from ..kernel.rows import compile_rows
 from ..machine.strut_limits import check_loads
-from ..machine.workspace import random_poses
-from . import cut, law_tasks, tick
+from . import cut, law_tasks
 from .drift import drifts, scale
 from .linear import plant_jacobians
+from .loads import Still, at_rest, largest_loads, load_gain
 from .loop import loop_eigenvalues
 from .notes import LawWarning, Notes, StabilityWarning
 
 RK4_REAL = 2.785  # end of RK4's stability interval on the negative real axis
 LEAPFROG = 2.0  # end of the splitting's, for an undamped spring
-POSES = 30  # of the workspace, for the largest loads; they vary by a factor of three or so
 MOST = 10_000  # sub-steps a sample, as in the [run] table
 COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machine tool are exact to nanometres
 
@@ -42,95 +40,19 @@ COARSEST = 0.25e-3  # s; a step at which geometry and Coriolis terms of a machin
 def fastest_pole(machine, friction: float = 1.0) -> float:
     """Largest magnitude of the poles of the plant at home with `friction` times its friction, rad/s."""
     rest = np.zeros(len(machine.velocities))
-    z, u0 = machine.at_rest(machine.home)
+    z, u0 = at_rest(Still(machine))
     theta = machine.theta if friction == 1 else np.where(drifts(machine), friction, 1.0) * machine.theta
     memory, loads = np.zeros(machine.memory_count), largest_loads(machine)
-    found = plant_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
-    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found[:2])
-
-
-def largest_loads(machine) -> np.ndarray:
-    """The largest forces in the joints that scale friction, N, over poses of the workspace.  (load_count,).
-
-    Of a machine with elastic joints those of the rigid one: it swings about them.
-    """
-    machine = machine.rigid
-    if not machine.load_count:
-        return np.zeros(0)
-    d, memory = len(machine.task), np.zeros(machine.memory_count)
-    poses, coordinates = _poses(_Geometry(machine))
-    pushes = np.eye(d) * np.array([machine.feed.acceleration] * 3 + [machine.feed.angular_acceleration] * 3)[:d]
-    a = np.concatenate([np.zeros((1, d)), pushes, -pushes])
-    x, z = np.repeat(poses, len(a), axis=0), np.repeat(coordinates, len(a), axis=0)
-    a, still = np.tile(a, (len(poses), 1)), np.zeros(d)
-    u = machine.inverse_dynamics(x, still, a)
-    return _load_rows(Shape(machine))(machine.theta, z, still, memory, a, u)[0].max(axis=0)
-
-
-class _Geometry:
-    """A machine as a key: equal for those that differ at most in what changes no pose: inertias, friction, drives."""
-
-    def __init__(self, machine):
-        self.machine, shape = machine, Shape(machine)
-        self._key = shape, machine.theta[_geometric(shape)].tobytes()
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Geometry) and self._key == other._key
-
-
-_DYNAMIC = (
-    *("platform.", "strut.moving.", "strut.fixed.", "carriage."),
-    *("friction.", "joints.friction.", "drive.", "feed."),
-)
+    found = _rates_jacobians(Shape(machine))(theta, z, rest, memory, u0, loads)
+    return max(float(np.abs(np.linalg.eigvals(np.array(A))).max()) for A in found)
 
 
 @lru_cache(maxsize=64)
-def _geometric(shape: Shape) -> np.ndarray:
-    return np.array([not name.startswith(_DYNAMIC) for name in shape.part.names], bool)
-
-
-@lru_cache(maxsize=64)
-def _poses(key: _Geometry) -> tuple[np.ndarray, np.ndarray]:
-    """Home and poses of the workspace (n, d), and their coordinates."""
-    machine = key.machine
-    poses = [machine.home]
-    if machine.limits.workspace is not None:
-        poses += list(random_poses(machine, POSES, np.random.default_rng(0)))
-    return np.array(poses), machine.coordinates(poses)
-
-
-@lru_cache(maxsize=64)
-def _load_rows(shape: Shape):
-    return compile_rows(tick.loads_function(shape.part))
-
-
-def load_gain(machine, friction: float = 1.0) -> float:
-    """How much of a change of the acceleration comes back through loads and breakaway friction, at home; below 1.
-
-    A bound: the sum over the struts of |M^-1 J' e_i| times the slope of that strut's breakaway friction, in the metric
-    of the mass matrix; for `friction` times the friction.
-    """
-    if not (machine.friction and machine.friction.loaded) or machine.rigid is not machine:
-        return 0.0  # friction on a motor behind its spring moves nothing that presses on it before the spring bends
-    n, rest, memory = machine.joints_count, np.zeros(len(machine.velocities)), np.zeros(machine.memory_count)
-    z, law = machine.coordinates(machine.home), machine.friction
-    slopes = np.array(_load_slopes(Shape(machine))(machine.theta, z, rest, memory, rest, np.zeros(n)))
-    mu = friction * np.broadcast_to(law.coulomb if law.static is None else law.static, n)
-    L = np.linalg.cholesky(machine.mass_matrix(machine.home))
-    push = np.linalg.solve(L, machine.jacobian(machine.home).T)  # columns: what a newton in a strut does
-    back = np.linalg.solve(L, slopes[:n].T)  # columns: how its normal force follows the acceleration
-    return float((mu * np.linalg.norm(push, axis=0) * np.linalg.norm(back, axis=0)).sum())
-
-
-@lru_cache(maxsize=64)
-def _load_slopes(shape: Shape) -> ca.Function:
-    machine = shape.part
-    p, theta, z, v, mem = tick.symbols_of(machine)
-    vd, u = ca.SX.sym("vd", v.shape), ca.SX.sym("u", machine.joints_count)
-    return ca.Function("slopes", [theta, z, v, mem, vd, u], [ca.jacobian(machine.loads_of(p, z, v, vd, mem, u), vd)])
+def _rates_jacobians(shape: Shape) -> ca.Function:
+    """The first two of `plant_jacobians`."""
+    whole = plant_jacobians(shape)
+    inputs = [ca.SX.sym(whole.name_in(i), whole.sparsity_in(i)) for i in range(whole.n_in())]
+    return ca.Function("rates_jacobians", inputs, whole.call(inputs)[:2])
 
 
 def choose_substeps(machine, period: float, given: int | None = None, friction: float = 1.0) -> int:
