@@ -2,6 +2,7 @@
 
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
+    gough preflight P    what a program asks of a machine's joints; feeds they can follow; where to clamp the work
     gough report LOG...  the report of logs that are there
     gough monitor LOG    the force on the tool out of a recorded log
     gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
@@ -109,6 +110,32 @@ def check(
         check_file(file, machine, quiet, outcome)
 
     return finish("check", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def preflight(
+    file: Annotated[
+        Path, typer.Argument(help="An NC program (.ngc), an experiment (.toml), or a program of the library.")
+    ],
+    machine: MachineName = None,
+    planner: Annotated[
+        str,
+        typer.Option("--planner", help="cartesian: F as written, no limits of joints; joints: kept within them."),
+    ] = "cartesian",
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for preflight.json and lines.csv.")] = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Before metal is cut: stroke, joint angles, speeds, accelerations and forces along a program, worst line first."""
+
+    def work(outcome: Outcome) -> None:
+        from .preflight import Asked, preflight_file
+
+        preflight_file(file, machine, Asked(planner, out, force), quiet, outcome)
+
+    return finish("preflight", work, json, debug)
 
 
 @app.command(rich_help_panel="Simulate")
