@@ -1,0 +1,108 @@
+"""Feeds that every joint can follow: an NC program again, F as fast as speed, acceleration and force of the joints allow.
+
+The caps of caps.py become pieces of constant feed, the program is written with them and judged as it would be driven;
+what its ramps still exceed is taken from the caps, and so on until nothing exceeds a limit.  A program that passes is
+left as it is, so fixing twice is fixing once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ProgramError, RunError, WorkspaceError
+from ..program.nc import NCProgram
+from .advice import advise
+from .caps import Caps, excess
+from .demand import POSE, Demand
+from .judge import judge
+from .pieces import pieces_of
+from .preflight import CARTESIAN, Preflight, planned
+from .rewrite import Changed, Rewritten, rewritten
+
+_ROUNDS = 25
+_LOCAL = 6  # rounds in which only what exceeds a limit is slowed; then whole moves are
+_LITTLE = 1e-4  # of a speed, that each round takes away at least
+
+
+class Fixed(NamedTuple):
+    """A program whose feeds the joints can follow, the lines that changed, and what both programs ask for."""
+
+    program: NCProgram
+    changes: list[Changed]
+    before: Preflight
+    after: Preflight
+
+
+def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = None) -> Fixed:
+    """The program with F words that keep every joint below its greatest speed, acceleration and force.
+
+    It is judged as a controller drives it that knows the limits of the tool and none of the joints ("cartesian").
+
+    Raises
+    ------
+    ProgramError
+        not an NC program; lines that cannot be changed.
+    SheetError
+        a machine without limits of its joints.
+    WorkspaceError
+        a pose outside the limits, which no feed cures, or an acceleration of the controller that the joints cannot
+        follow at any feed.
+    """
+    if not isinstance(program, NCProgram):
+        raise ProgramError("only an NC program has feed words", cure="write it as one: gough.program.write.to_gcode")
+    demand = Demand(machine, driven=True)
+    motion = planned(machine, program, CARTESIAN)
+    before = Preflight(motion, demand, judge(motion, demand), program.name, CARTESIAN)
+    poses = [finding for finding in before.findings if finding.kind == POSE]
+    if poses:
+        raise WorkspaceError(problems=[finding.problem(program.name) for finding in poses])
+    if before.passed:
+        return Fixed(program, [], before, before)
+    caps = Caps(motion, demand)
+    for round_ in range(_ROUNDS):
+        if not (caps.speed[caps.moving] > 0).all():
+            raise _no_feed(motion, demand, program, before.found.beyond)
+        made = rewritten(program, pieces_of(caps))
+        moved = planned(machine, made.program, CARTESIAN)
+        found = judge(moved, demand)
+        if tell is not None:
+            tell(f"round {round_ + 1}: {len(made.changes)} lines changed, {len(found.beyond)} limits exceeded")
+        if not found.beyond:
+            after = Preflight(moved, demand, found, program.name, CARTESIAN)
+            return Fixed(made.program, made.changes, before, after)
+        _take(caps, made, moved, demand, found, round_)
+    raise _no_feed(moved, demand, program, found.beyond)
+
+
+def _take(caps: Caps, made: Rewritten, moved, demand: Demand, found, round_: int) -> None:
+    """Lower the caps where the program as it stands exceeds a limit."""
+    block, u, ud, udd, speed = excess(moved, demand)
+    b = found.beyond
+    extra = [np.array([getattr(one, name) for one in b]) for name in ("block", "u", "ud")]
+    block = np.concatenate([block, extra[0].astype(int)])
+    u = np.concatenate([u, extra[1]])
+    ud = np.concatenate([ud, extra[2]])
+    speed = np.concatenate([speed, extra[2] / np.array([one.use for one in b])])
+    place = moved.course.place(block, u)
+    block, along = made.back(place.block, place.u)
+    ok = ud > 0
+    if round_ >= _LOCAL:
+        caps.ramps(np.unique(block))
+    caps.lower(block[ok], along[ok], np.minimum(speed, ud * (1 - _LITTLE))[ok])
+
+
+def _no_feed(motion, demand: Demand, program, beyond) -> RunError:
+    """The error that no feed helps, at the places where none does."""
+    some = beyond[:20]
+    texts = advise(motion, demand, some)
+    problems = []
+    for b, text in zip(some, texts, strict=True):
+        told = demand.told(b.column, b.use)
+        problems.append(WorkspaceError(
+            f"no feed keeps the {told.kind} within its limit", file=program.name, line=b.line or None,
+            where=told.joint, value=told.value, limit=told.limit, time=b.time, cure=text,
+        ).problems[0])  # fmt: skip
+    return WorkspaceError(problems=problems)

@@ -1,0 +1,55 @@
+"""From caps along a path to pieces of its moves, each with one feed: few pieces, little time lost."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .caps import Caps
+
+STEP = 0.02  # between the greatest and the least cap under one feed: staircases lose half of it at most
+MOST = 400  # pieces of a move; with more, steps grow
+_SAME = 1e-9
+
+
+class Piece(NamedTuple):
+    """A part of a move, up to the extent `end` m or rad, at `feed` m/s or rad/s; None: as fast as a rapid goes."""
+
+    end: float
+    feed: float | None
+
+
+def pieces_of(caps: Caps) -> dict[int, list[Piece]]:
+    """The pieces of every block whose feed must change, by block."""
+    slow = caps.speed < caps.top[caps.block] * (1 - _SAME)
+    out = {}
+    for i in np.unique(caps.block[slow]).tolist():
+        cells = slice(caps.first[i], caps.first[i + 1])
+        out[i] = _stairs(caps.speed[cells], caps.end[cells])
+    return out
+
+
+def _stairs(speed, end) -> list[Piece]:
+    """Pieces under caps `speed` (n,) of cells that end at `end` (n,)."""
+    step = STEP
+    while True:
+        starts = _starts(speed, step)
+        if len(starts) <= MOST:
+            break
+        step *= 1.5
+    last = [*starts[1:], len(speed)]
+    return [Piece(float(end[b - 1]), float(speed[a:b].min())) for a, b in zip(starts, last, strict=True)]
+
+
+def _starts(speed, step) -> list[int]:
+    """First cells of pieces along which the caps differ by no more than the share `step`."""
+    starts, low, high = [0], speed[0], speed[0]
+    for k, value in enumerate(speed.tolist()):
+        low_, high_ = min(low, value), max(high, value)
+        if high_ > low_ * (1 + step):
+            starts.append(k)
+            low = high = value
+        else:
+            low, high = low_, high_
+    return starts
