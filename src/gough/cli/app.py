@@ -122,9 +122,20 @@ def preflight(
         str,
         typer.Option("--planner", help="cartesian: F as written, no limits of joints; joints: kept within them."),
     ] = "cartesian",
+    fix_feed: Annotated[
+        Path | None,
+        typer.Option("--fix-feed", help="Write the program with F words that every joint can follow into this file."),
+    ] = None,
+    place: Annotated[
+        bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
+    ] = False,
+    turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for preflight.json and lines.csv.")] = None,
-    force: Force = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over files that are there (never the original program).")
+    ] = False,
     json: Json = False,
+    seed: Annotated[int, typer.Option("--seed", help="Of the search of --place.")] = 0,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> int:
@@ -133,7 +144,8 @@ def preflight(
     def work(outcome: Outcome) -> None:
         from .preflight import Asked, preflight_file
 
-        preflight_file(file, machine, Asked(planner, out, force), quiet, outcome)
+        asked = Asked(planner, fix_feed, place, turn, out, force, seed)
+        preflight_file(file, machine, asked, quiet, outcome)
 
     return finish("preflight", work, json, debug)
 

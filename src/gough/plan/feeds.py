@@ -65,7 +65,7 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
     for round_ in range(_ROUNDS):
         if not (caps.speed[caps.moving] > 0).all():
             raise _no_feed(motion, demand, program, before.found.beyond)
-        made = rewritten(program, pieces_of(caps))
+        made = rewritten(program, pieces_of(caps, motion.course.programmed, program.tolerance))
         moved = planned(machine, made.program, CARTESIAN)
         found = judge(moved, demand)
         if tell is not None:

@@ -10,6 +10,8 @@ from .caps import Caps
 
 STEP = 0.02  # between the greatest and the least cap under one feed: staircases lose half of it at most
 MOST = 400  # pieces of a move; with more, steps grow
+END = 5e-3  # m or rad, of pieces at the ends of a move: a corner's rounding takes a part of a move, and not beyond it
+_PER_TOLERANCE = 20  # a corner of 30 degrees rounded by P takes 10 P of both moves
 _SAME = 1e-9
 
 
@@ -20,25 +22,33 @@ class Piece(NamedTuple):
     feed: float | None
 
 
-def pieces_of(caps: Caps) -> dict[int, list[Piece]]:
-    """The pieces of every block whose feed must change, by block."""
+def pieces_of(caps: Caps, path, tolerance: float) -> dict[int, list[Piece]]:
+    """The pieces of every block of `path` whose feed must change, by block.
+
+    `tolerance` m is that of corners under G64 without P.
+    """
     slow = caps.speed < caps.top[caps.block] * (1 - _SAME)
     out = {}
     for i in np.unique(caps.block[slow]).tolist():
         cells = slice(caps.first[i], caps.first[i + 1])
-        out[i] = _stairs(caps.speed[cells], caps.end[cells])
+        rounded = path.tolerance[i - 1 : i + 1].max(initial=0.0)  # of the corners at both ends
+        ends = max(END, _PER_TOLERANCE * (rounded if np.isfinite(rounded) else tolerance))
+        out[i] = _stairs(caps.speed[cells], caps.end[cells], int(np.ceil(ends / caps.size[i])))
     return out
 
 
-def _stairs(speed, end) -> list[Piece]:
-    """Pieces under caps `speed` (n,) of cells that end at `end` (n,)."""
-    step = STEP
+def _stairs(speed, end, ends: int) -> list[Piece]:
+    """Pieces under caps `speed` (n,) of cells that end at `end` (n,), the first and the last of `ends` cells or more."""
+    step, n = STEP, len(speed)
     while True:
         starts = _starts(speed, step)
         if len(starts) <= MOST:
             break
         step *= 1.5
-    last = [*starts[1:], len(speed)]
+    if starts[-1] > n - ends:
+        starts = [k for k in starts if k <= n - ends] + [n - ends]
+    starts = [0] + [k for k in sorted(set(starts)) if ends <= k]
+    last = [*starts[1:], n]
     return [Piece(float(end[b - 1]), float(speed[a:b].min())) for a, b in zip(starts, last, strict=True)]
 
 
