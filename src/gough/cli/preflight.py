@@ -74,7 +74,7 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
     if not found.passed:
         outcome.data.update(status="failed", error=found.error().to_json())
         if quiet:
-            count = len(found.findings)
+            count = found.exceeded
             print(f"{path.name}: {count} limit{'s' * (count != 1)} exceeded", file=sys.stderr)
 
 
@@ -117,7 +117,7 @@ def _fixed(known, program, target: Path, path: Path, quiet: bool, outcome: Outco
 def _placed(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Any:
     """The program at the place with the greatest least margin."""
     with preparing(path.name, quiet):
-        found = place(known, program, asked.turn, asked.seed)
+        found = place(known, program, asked.turn, asked.fix is not None, asked.seed)
     words = found.words(known)
     outcome.data["place"] = {
         "origin": found.origin.tolist(), "margin": found.margin, "before": found.before, "joint": found.joint,

@@ -20,9 +20,11 @@ from .demand import Demand
 _SHARES = np.linspace(0, 1, 5)
 _ROWS = 8192  # stretches looked at together
 _ROUNDS = 7  # of cutting in four: 1/16384 of a stretch, below a micrometre
-_SURE = 1e-4  # of a limit: within which an excess is told
+_SURE = 1e-4  # of a limit: what may be missed of an excess
+_EXCESS = 5e-3  # of an excess that is found: within which it is told
 _THIN = 16  # the condition number, which costs more than all the rest, is asked at one stretch in so many
 _MOST = 400_000  # stretches that are cut in one round
+MOST = 2000  # excesses that are told one by one
 
 
 class Found(NamedTuple):
@@ -36,7 +38,8 @@ class Found(NamedTuple):
     top: np.ndarray  # (k,) greatest use of each column, over the program
     top_line: np.ndarray
     top_time: np.ndarray
-    beyond: list[Beyond]  # every line and column above 1, worst first
+    beyond: list[Beyond]  # lines and columns above 1, worst first, `MOST` of them
+    exceeded: int  # how many there are
     unreachable: dict[int, tuple[float, np.ndarray]]  # NC line: first time s, and task coordinates
     condition: float  # greatest condition number of J
     condition_line: int
@@ -103,7 +106,7 @@ class _Keeper:
         self.use, self.column, self.time = np.full(m, -np.inf), np.zeros(m, int), np.zeros(m)
         self.place = np.zeros((m, 4))
         self.top, self.top_line, self.top_time = np.full(k, -np.inf), np.zeros(k, int), np.zeros(k)
-        self.beyond: dict[int, tuple] = {}
+        self.beyond: list[tuple] = []
         self.unreachable: dict[int, tuple[float, np.ndarray]] = {}
         self.number_of_J, self.seen, self.rows = (0.0, 0, 0.0), 0, 0
 
@@ -126,8 +129,9 @@ class _Keeper:
             self._condition(part, states[0], broken)
         d = np.abs(f[:-2] - 2 * f[1:-1] + f[2:]).max(0)
         might = most + d / 4
-        coarse = d / 4 > _SURE * np.maximum(most, 1.0)
-        undecided = (might > 1) & coarse & ((most <= 1) | (might > (1 + _SURE) * self._known(part)))
+        known = most > 1
+        coarse = d / 4 > np.where(known, _EXCESS * most, _SURE)
+        undecided = (might > 1) & coarse & (~known | (might > (1 + _EXCESS) * self._known(part)))
         return undecided.any(1) & ~broken
 
     def _lines(self, part, state):
@@ -144,6 +148,7 @@ class _Keeper:
 
     def _keep(self, part, f, most, states):
         which = f.argmax(0) if (most > 1).any() else None
+        places = np.stack([np.stack([np.asarray(state[k], float) for k in range(4)], 1) for state in states])  # (5, m, 4)
         self._line = line = self._lines(part, states[2])
         column = most.argmax(1)
         every = np.arange(len(part))
@@ -155,7 +160,7 @@ class _Keeper:
             row = f[:, rows_, column[rows_]].argmax(0)
             self.use[line[rows_]], self.column[line[rows_]] = use[rows_], column[rows_]
             self.time[line[rows_]] = part.t0[rows_] + _SHARES[row] * (part.t1 - part.t0)[rows_]
-            self.place[line[rows_]] = self._places(states, row, rows_)
+            self.place[line[rows_]] = places[row, rows_]
         best = most.argmax(0)
         higher = np.flatnonzero(most[best, np.arange(len(best))] > self.top)
         for c in higher:
@@ -169,21 +174,27 @@ class _Keeper:
         key = line[i].astype(np.int64) * len(self.demand) + c
         order = np.lexsort((-most[i, c], key))
         key, i, c = key[order], i[order], c[order]
-        lead = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
-        for n in lead:
-            old = self.beyond.get(int(key[n]))
-            value = float(most[i[n], c[n]])
-            if old is None or value > old[2]:
-                row = which[i[n], c[n]]
-                t = part.t0[i[n]] + _SHARES[row] * (part.t1[i[n]] - part.t0[i[n]])
-                at = self._places(states, np.array([row]), np.array([i[n]]))[0]
-                self.beyond[int(key[n])] = (int(self.number[line[i[n]]]), int(c[n]), value, float(t), *at)
+        lead = np.append(True, key[1:] != key[:-1])
+        key, i, c = key[lead], i[lead], c[lead]
+        row = which[i, c]
+        t = part.t0[i] + _SHARES[row] * (part.t1 - part.t0)[i]
+        self.beyond.append((key, most[i, c], np.column_stack([t, places[row, i]])))
 
-    @staticmethod
-    def _places(states, row, i):
-        """block, u, ud, udd of the rows `row` (n,) of the stretches i (n,).  (n, 4)."""
-        columns = (np.stack([np.asarray(s[k], float) for s in states]) for k in range(4))
-        return np.stack([column[row, i] for column in columns], 1)
+    def _beyond(self) -> tuple[list[Beyond], int]:
+        """The worst of what is exceeded, worst first, and how many limits of how many lines are."""
+        if not self.beyond:
+            return [], 0
+        key, use, told = (np.concatenate(column) for column in zip(*self.beyond, strict=True))
+        order = np.lexsort((-use, key))
+        lead = order[np.append(True, key[order][1:] != key[order][:-1])]  # the greatest of each line and column
+        lead = lead[np.lexsort((key[lead], -use[lead]))]
+        line, column = self.number[key // len(self.demand)], key % len(self.demand)
+        found = [
+            Beyond(int(line[n]), int(column[n]), float(use[n]), float(told[n, 0]) + self.motion.lead_in,
+                   int(told[n, 1]), *told[n, 2:].tolist())
+            for n in lead[:MOST]
+        ]  # fmt: skip
+        return found, len(lead)
 
     def _note_unreachable(self, part, here, share, bad):
         i = np.flatnonzero(bad)
@@ -210,12 +221,11 @@ class _Keeper:
 
     def found(self) -> Found:
         lead = self.motion.lead_in
-        beyond = sorted((Beyond(*row[:3], row[3] + lead, int(row[4]), *row[5:]) for row in self.beyond.values()),
-                        key=lambda b: (-b.use, b.line, b.column))  # fmt: skip
+        beyond, exceeded = self._beyond()
         seen = np.isfinite(self.use)
         late = {line: (t + lead, x) for line, (t, x) in sorted(self.unreachable.items())}
         number, line, t = self.number_of_J
         return Found(
             self.number[seen], self.use[seen], self.column[seen], self.time[seen] + lead, self.place[seen], self.top,
-            self.top_line, self.top_time + lead, beyond, late, number, line, t + lead, self.rows,
+            self.top_line, self.top_time + lead, beyond, exceeded, late, number, line, t + lead, self.rows,
         )  # fmt: skip

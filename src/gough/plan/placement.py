@@ -63,8 +63,10 @@ class Placement(NamedTuple):
         return f"G10 L2 P1 X{x:.3f} Y{y:.3f} Z{z:.3f} R{angle + 0.0:.4f}"
 
 
-def place(machine, program, turn: bool = False, seed: int = 0) -> Placement:
+def place(machine, program, turn: bool = False, poses_only: bool = False, seed: int = 0) -> Placement:
     """The place of program zero with the greatest least margin, and with `turn` its best angle about the third axis.
+
+    `poses_only`: the drives do not count; for a program whose feeds are fitted afterwards (feeds.py).
 
     Raises
     ------
@@ -72,33 +74,33 @@ def place(machine, program, turn: bool = False, seed: int = 0) -> Placement:
         no place keeps all limits: which limit binds at the best one, on which line and by how much.
     """
     machine = machine.rigid
-    search = _Search(machine, program, turn)
-    before = search.judged(search.start)
-    best, x = before, search.start
+    search = _Search(machine, program, turn, poses_only)
+    before = best = search.judged(search.start)
     for _ in range(_ROUNDS):
         x = search.optimum(seed)
         found = search.judged(x)
-        best = max(best, found, key=lambda one: one.least)
-        if found.least >= search.margins(x[None])[0] - 1e-3:
+        best = max(best, found, key=search.least)
+        if search.least(found) >= search.margins(x[None])[0] - 1e-3:
             break
-        search.join(found)
-    top = best.peaks[0] if not best.found.unreachable else None
-    if not best.passed:
-        worst = best.findings[0]
+        search.join(x)
+    worst = [one for one in best.findings if one.kind == POSE or not poses_only]
+    if worst:
         raise WorkspaceError(
-            f"no place in the workspace keeps the program within the limits; at the best one {worst.joint}: "
-            f"{worst.what}", file=best.name, line=worst.line or None, value=worst.value, limit=worst.limit,
-            cure=worst.advice if worst.kind != POSE else "make the part smaller, or split the program",
+            f"no place in the workspace keeps the program within the limits; at the best one {worst[0].joint}: "
+            f"{worst[0].what}", file=best.name, line=worst[0].line or None, value=worst[0].value, limit=worst[0].limit,
+            cure=worst[0].advice if worst[0].kind != POSE else "make the part smaller, or split the program",
         )  # fmt: skip
     origin = np.concatenate([best.motion.path.p_WO, abc_of_rotation_np(best.motion.path.R_WO)]).round(7) + 0.0
-    return Placement(origin, best.least, before.least, top.joint, top.what, top.line, best)
+    peak = next(one for one in best.peaks if one.kind == POSE or not poses_only)
+    return Placement(origin, search.least(best), search.least(before), peak.joint, peak.what, peak.line, best)
 
 
 class _Search:
     """Margins of places of one program on one machine."""
 
-    def __init__(self, machine, program, turn: bool):
+    def __init__(self, machine, program, turn: bool, poses_only: bool):
         self.machine, self.program, self.demand = machine, program, Demand(machine)
+        self.columns = slice(0, self.demand.pose_count if poses_only else len(self.demand))
         motion = planned(machine, program, CARTESIAN)
         self.p0, self.R0 = motion.path.p_WO, motion.path.R_WO
         self.axis = machine.rail.direction if len(machine.task) == 1 else None
@@ -166,7 +168,7 @@ class _Search:
         p, R, v, w, vd, wd = (column[some] for column in self.whole)
         p_WO, R_WO = self._frame(x)
         n, m = len(x), len(p)
-        out = np.empty((n, m, len(self.demand)))
+        out = np.empty((n, m, self.columns.stop))
         step = max(1, _BATCH // m)
         for k in range(0, n, step):
             at, turned = p_WO[k : k + step], R_WO[k : k + step]
@@ -179,7 +181,7 @@ class _Search:
             own = self.machine.task_motion(*(a.reshape(-1, 6) for a in rows_))
             uses, broken = self.demand.uses(*own)
             uses[broken] = np.inf
-            out[k : k + step] = uses.reshape(len(at), m, -1)
+            out[k : k + step] = uses[:, self.columns].reshape(len(at), m, -1)
         return out
 
     def margins(self, x) -> np.ndarray:
@@ -190,15 +192,21 @@ class _Search:
         """Samples that places are judged by: evenly along the program, and those that use most of any limit now."""
         n = len(self.whole[0])
         even = np.unique(np.linspace(0, n - 1, min(n, _KEPT)).astype(int))
-        uses = np.concatenate([self._uses(self.start[None], part)[0] for part in np.array_split(np.arange(n), n // 5000 + 1)])
-        return np.union1d(even, uses.argmax(0))
+        return np.union1d(even, self._most(self.start))
 
-    def join(self, found: Preflight) -> None:
-        """Keep the samples that use most of any limit at the place of `found`."""
-        x = self.last[None]
+    def _most(self, x):
+        """The sample that uses most of each limit at the place x (n,)."""
         n = len(self.whole[0])
-        uses = np.concatenate([self._uses(x, part)[0] for part in np.array_split(np.arange(n), n // 5000 + 1)])
-        self.kept = np.union1d(self.kept, uses.argmax(0))
+        parts = np.array_split(np.arange(n), n // 5000 + 1)
+        return np.concatenate([self._uses(x[None], part)[0] for part in parts]).argmax(0)
+
+    def join(self, x) -> None:
+        """Keep the samples that use most of each limit at the place x (n,)."""
+        self.kept = np.union1d(self.kept, self._most(x))
+
+    def least(self, found: Preflight) -> float:
+        """The least margin of a whole preflight."""
+        return float("-inf") if found.found.unreachable else 1 - float(found.found.top[self.columns].max())
 
     def optimum(self, seed: int) -> np.ndarray:
         """The place with the greatest least margin."""
@@ -218,7 +226,6 @@ class _Search:
             done = minimize(lambda x: float(-self.margins(x[None])[0]), x, method="Nelder-Mead", bounds=bounds,
                             options={"maxfev": 300, "xatol": 1e-6, "fatol": 1e-6})  # fmt: skip
             x = done.x
-        self.last = x
         return x
 
     def judged(self, x) -> Preflight:

@@ -71,6 +71,11 @@ class Preflight:
         self.warnings = _warnings(motion, demand, found)
 
     @property
+    def exceeded(self) -> int:
+        """How many limits are exceeded, of all lines; `findings` are the worst of them."""
+        return len(self.findings) + self.found.exceeded - len(self.found.beyond)
+
+    @property
     def passed(self) -> bool:
         """Whether the machine can follow the program."""
         return not self.findings
@@ -100,7 +105,7 @@ class Preflight:
         found = self.found
         return {
             "program": self.name, "machine": self.machine.name, "controller": self.controller, "passed": self.passed,
-            "duration": self.duration, "least_margin": self.least, "unchecked": list(self.demand.unchecked),
+            "exceeded": self.exceeded, "duration": self.duration, "least_margin": self.least, "unchecked": list(self.demand.unchecked),
             "findings": [finding._asdict() for finding in self.findings],
             "peaks": [peak._asdict() for peak in self.peaks], "warnings": self.warnings,
             "condition": found.condition, "rows": found.rows,
@@ -196,7 +201,7 @@ def report(result: Preflight, most: int = 20) -> str:
     }[result.controller]  # fmt: skip
     lines = [f"{result.name} on {result.machine.name}: {result.duration:.2f} s ({drives})"]
     if result.findings:
-        lines.append(f"{_count(len(result.findings), 'limit')} exceeded, worst first:")
+        lines.append(f"{_count(result.exceeded, 'limit')} exceeded, worst first:")
         shown = [(f.line, f.joint, f.what, f.value, f.limit, f.time, f.advice or "") for f in result.findings[:most]]
         last = "what to do"
     else:
@@ -204,8 +209,8 @@ def report(result: Preflight, most: int = 20) -> str:
         shown = [(p.line, p.joint, p.what, p.value, p.limit, p.time, f"{100 * p.use:.1f} %") for p in result.peaks[:5]]
         last = "used"
     lines += _table(("line", "joint", "what", "value", "limit", "t / s", last), shown)
-    if len(result.findings) > most:
-        lines.append(f"and {len(result.findings) - most} more")
+    if result.exceeded > most:
+        lines.append(f"and {result.exceeded - most} more")
     return "\n".join([*lines, *(f"warning: {text}" for text in result.warnings)])
 
 
