@@ -103,13 +103,14 @@ def _fixed(known, program, target: Path, path: Path, quiet: bool, outcome: Outco
     times = fixed.before.duration, fixed.after.duration
     outcome.data["fixed"] = {
         "file": str(target), "before": times[0], "after": times[1],
-        "lines": [change._asdict() for change in fixed.changes],
+        "lines": [change._asdict() for change in fixed.changes], "note": fixed.note,
     }  # fmt: skip
     if not quiet:
         count = len(fixed.changes)
         lines = "no line" if not count else "1 line" if count == 1 else f"{count} lines"
         outcome.say(
-            f"{target} is written: {lines} of {path.name} changed; {times[0]:.2f} s before, {times[1]:.2f} s now"
+            f"{target} is written: {lines} of {path.name} changed; {times[0]:.2f} s before, {times[1]:.2f} s now",
+            *([] if fixed.note is None else [f"note: {fixed.note}"]),
         )
     return fixed.after
 

@@ -41,7 +41,9 @@ class Caps:
         self.size = path.extent / self.count
         self.moving = path.extent[self.block] > 0
         self.begin = part * self.size[self.block]
-        self.end = np.where(part == self.count[self.block] - 1, path.extent[self.block], (part + 1) * self.size[self.block])
+        self.end = np.where(
+            part == self.count[self.block] - 1, path.extent[self.block], (part + 1) * self.size[self.block]
+        )
         self.top = self._tops(motion)
         self.speed = self.top[self.block]
         self.ramp = self.speed.copy()

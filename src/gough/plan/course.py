@@ -66,7 +66,9 @@ def stretches(motion) -> Stretches:
     """
     feed = getattr(motion, "feed", None)
     if feed is None:
-        raise ProgramError("has no path with a feed along it", cure="give an NC program, or a kind that is cut along a path")
+        raise ProgramError(
+            "has no path with a feed along it", cure="give an NC program, or a kind that is cut along a path"
+        )
     events = np.unique(np.concatenate([feed.profile.phases.times, feed.profile.times]))
     events = events[(events >= 0) & (events <= feed.duration)]
     keep = np.diff(events) > _INSTANT

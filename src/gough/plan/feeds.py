@@ -14,8 +14,9 @@ import numpy as np
 
 from ..errors import ProgramError, RunError, WorkspaceError
 from ..program.nc import NCProgram
-from .advice import advise
+from .advice import advise, fitting
 from .caps import Caps, excess
+from .course import state
 from .demand import POSE, Demand
 from .judge import judge
 from .pieces import pieces_of
@@ -24,16 +25,21 @@ from .rewrite import Changed, Rewritten, rewritten
 
 _ROUNDS = 25
 _LOCAL = 6  # rounds in which only what exceeds a limit is slowed; then whole moves are
+_COSTS = 0.02  # of the time: ramps that cost more are told of
 _LITTLE = 1e-4  # of a speed, that each round takes away at least
 
 
 class Fixed(NamedTuple):
-    """A program whose feeds the joints can follow, the lines that changed, and what both programs ask for."""
+    """A program whose feeds the joints can follow, the lines that changed, and what both programs ask for.
+
+    `note` says what it costs where the controller's acceleration, which no F changes, is too much for the joints.
+    """
 
     program: NCProgram
     changes: list[Changed]
     before: Preflight
     after: Preflight
+    note: str | None = None
 
 
 def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = None) -> Fixed:
@@ -62,6 +68,7 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
     if before.passed:
         return Fixed(program, [], before, before)
     caps = Caps(motion, demand)
+    steady = ramps = None  # how long it would take if only steady feeds counted, and what ramps are fit then
     for round_ in range(_ROUNDS):
         if not (caps.speed[caps.moving] > 0).all():
             raise _no_feed(motion, demand, program, before.found.beyond)
@@ -72,9 +79,31 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
             tell(f"round {round_ + 1}: {len(made.changes)} lines changed, {len(found.beyond)} limits exceeded")
         if not found.beyond:
             after = Preflight(moved, demand, found, program.name, CARTESIAN)
-            return Fixed(made.program, made.changes, before, after)
+            note = None
+            if steady is not None and after.duration > (1 + _COSTS) * steady:
+                note = (
+                    f"{after.duration - steady:.2f} s are lost to ramps: with an acceleration of {ramps:.3g} m/s2 along "
+                    "the path in the controller the joints could follow faster feeds"
+                )
+            return Fixed(made.program, made.changes, before, after, note)
+        if steady is None:
+            steady, ramps = moved.duration, _ramps(moved, demand, found)
         _take(caps, made, moved, demand, found, round_)
     raise _no_feed(moved, demand, program, found.beyond)
+
+
+def _ramps(motion, demand: Demand, found) -> float:
+    """The acceleration along the path that the joints can follow at the worst places found.  m/s2."""
+    b = [one for one in found.beyond if one.udd]
+    if not b:
+        return float("inf")
+    block, u, ud, udd = (np.array([getattr(one, name) for one in b]) for name in ("block", "u", "ud", "udd"))
+
+    def ask(a):
+        here = state(motion, block, u, ud, a)
+        return demand.uses(here.x, here.xd, here.xdd)[0][:, demand.pose_count :].max(1)
+
+    return float((fitting(ask, udd) * np.abs(udd)).min())
 
 
 def _take(caps: Caps, made: Rewritten, moved, demand: Demand, found, round_: int) -> None:

@@ -148,7 +148,9 @@ class _Keeper:
 
     def _keep(self, part, f, most, states):
         which = f.argmax(0) if (most > 1).any() else None
-        places = np.stack([np.stack([np.asarray(state[k], float) for k in range(4)], 1) for state in states])  # (5, m, 4)
+        places = np.stack(
+            [np.stack([np.asarray(state[k], float) for k in range(4)], 1) for state in states]
+        )  # (5, m, 4)
         self._line = line = self._lines(part, states[2])
         column = most.argmax(1)
         every = np.arange(len(part))

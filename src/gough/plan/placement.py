@@ -44,7 +44,9 @@ class Placement(NamedTuple):
     @property
     def table(self) -> str:
         """The line of [program] in an experiment file."""
-        shown = [f"{1e3 * v:.3f} mm" for v in self.origin[:3]] + [f"{np.degrees(v) + 0.0:.4f} deg" for v in self.origin[3:]]
+        shown = [f"{1e3 * v:.3f} mm" for v in self.origin[:3]] + [
+            f"{np.degrees(v) + 0.0:.4f} deg" for v in self.origin[3:]
+        ]
         return "origin = [" + ", ".join(f'"{text}"' for text in shown) + "]"
 
     def words(self, machine) -> str | None:

@@ -18,10 +18,11 @@ from ..errors import Problem, WorkspaceError
 from ..machine.workspace import outside_workspace, workspace_margins
 from .advice import ELSEWHERE, advise
 from .course import state
-from .demand import POSE, Demand, parted
+from .demand import FORCE, POSE, Demand, parted
 from .judge import Found, judge
 
 CARTESIAN, JOINTS = "cartesian", "joints"
+_NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
 
@@ -115,9 +116,7 @@ class Preflight:
         return report(self)
 
 
-def preflight(
-    machine, program, controller: str = CARTESIAN, tell: Callable[[float], None] | None = None
-) -> Preflight:
+def preflight(machine, program, controller: str = CARTESIAN, tell: Callable[[float], None] | None = None) -> Preflight:
     """What a machine is asked for along a whole program: stroke, joint angles, speeds, accelerations, forces.
 
     program      an NC program or a standard one, cut along a path
@@ -170,6 +169,11 @@ def _warnings(motion, demand: Demand, found: Found) -> list[str]:
     if demand.unchecked:
         kinds = " and ".join(demand.unchecked)
         out.append(f"{machine.name} has no limit of its joints' {kinds}: not checked")
+    force = [u for u, kind in zip(found.top, demand.kinds, strict=True) if kind == FORCE]
+    if force and _NEAR < max(force) <= 1:
+        out.append(
+            f"{100 * max(force):.0f} % of the drives' force are used: a control loop adds to it where the acceleration steps"
+        )
     if machine.limits.condition_warning < found.condition <= machine.limits.condition:
         out.append(
             f"line {found.condition_line}: near a singularity: condition number of J {found.condition:.3g} "

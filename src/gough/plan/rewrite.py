@@ -156,7 +156,10 @@ class _Plan:
             elif told.has_feed:
                 now = here
             elif now != here:
-                if line in self.fed or len({self._word(b[-1], self.path.feed[b[-1]]) for b in self.runs[line].values()}) == 1:
+                if (
+                    line in self.fed
+                    or len({self._word(b[-1], self.path.feed[b[-1]]) for b in self.runs[line].values()}) == 1
+                ):
                     self.fed.add(line)
                     now = here
                 else:
@@ -249,7 +252,9 @@ class _Plan:
         path, modes, out, begin = self.path, self.origins[i].modes, [], 0.0
         at = self._coordinates(i, 0.0)
         end = self._coordinates(i, float(path.extent[i]))
-        moved = [k for k in range(6) if abs(end[k] - at[k]) > 1e-12 or (path.kind[i] == ARC and k in PLANES[modes.plane][:2])]
+        moved = [
+            k for k in range(6) if abs(end[k] - at[k]) > 1e-12 or (path.kind[i] == ARC and k in PLANES[modes.plane][:2])
+        ]
         code = "G1" if path.rapid[i] else f"G{modes.motion // 10}"
         for n, piece in enumerate(pieces):
             last = n == len(pieces) - 1
