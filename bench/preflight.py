@@ -60,8 +60,8 @@ def _page(rows):
     lines = [
         "# Preflight of programs",
         "",
-        f"NC programs of {LINES // 1000} 000 lines with G64 P0.01 on nist-octahedral: read, planned and judged, in seconds;",
-        f"median of {ROUNDS} runs, one process each.",
+        f"NC programs of {LINES // 1000} 000 lines with G64 P0.01 on nist-octahedral: read, planned and judged, in",
+        f"seconds; median of {ROUNDS} runs, one process each.",
         f"{processor()}.  `python -m bench.preflight` writes this page.",
         "",
         "| program | read | plan | judge | together | memory, MB | poses looked at | limits exceeded |",
