@@ -33,8 +33,8 @@ _LEAST_SPAN = 1e-6  # of a margin at home: a machine that stands at its limit th
 class Demand:
     """The limits of a machine, and how much of each a motion uses.
 
-    `kinds` (k,) says of each column whether it is of the pose, a speed, an acceleration or a force; `unchecked` which of
-    the last three the sheet has no limit for.
+    `kinds` (k,) says of each column whether it is of the pose, a speed, an acceleration or a force; `unchecked` which
+    of the last three the sheet has no limit for.
 
     Raises
     ------

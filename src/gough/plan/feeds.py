@@ -1,4 +1,4 @@
-"""Feeds that every joint can follow: an NC program again, F as fast as speed, acceleration and force of the joints allow.
+"""Feeds that every joint can follow: an NC program again, F as fast as the joints' speed, acceleration, force allow.
 
 The caps of caps.py become pieces of constant feed, the program is written with them and judged as it would be driven;
 what its ramps still exceed is taken from the caps, and so on until nothing exceeds a limit.  A program that passes is
@@ -82,8 +82,8 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
             note = None
             if steady is not None and after.duration > (1 + _COSTS) * steady:
                 note = (
-                    f"{after.duration - steady:.2f} s are lost to ramps: with an acceleration of {ramps:.3g} m/s2 along "
-                    "the path in the controller the joints could follow faster feeds"
+                    f"{after.duration - steady:.2f} s are lost to ramps: with an acceleration of {ramps:.3g} m/s2 "
+                    "along the path in the controller the joints could follow faster feeds"
                 )
             return Fixed(made.program, made.changes, before, after, note)
         if steady is None:

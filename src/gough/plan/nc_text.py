@@ -32,7 +32,7 @@ class Written(NamedTuple):
         return [word.text for word in self.words if word.letter in letters]
 
 
-def written(text: str, number: int) -> Written:
+def written(text: str, number: int, block_delete: bool = True) -> Written:
     """A line of an NC program that has run.
 
     Raises
@@ -40,7 +40,7 @@ def written(text: str, number: int) -> Written:
     ProgramError
         the line is a call, a condition or a loop.
     """
-    read = read_line(text, number)
+    read = read_line(text, number, block_delete)
     if read.oword is not None:
         raise ProgramError(
             "the feed of moves in a called file cannot be changed", line=number, value=text.strip()[:40],
@@ -48,7 +48,7 @@ def written(text: str, number: int) -> Written:
         )  # fmt: skip
     codes = [word.value for word in read.words if word.letter == "G"]
     motions = [int(code) for code in codes if code in _MOTIONS]
-    only = not read.settings and read.comment is None and read.stop is None
+    only = not text.lstrip().startswith("/") and not read.settings and read.comment is None and read.stop is None
     only = only and all(word.letter in _PLAIN for word in read.words) and all(code in _MOTIONS for code in codes)
     label = _NUMBER.match(text)
     return Written(

@@ -38,7 +38,7 @@ def pieces_of(caps: Caps, path, tolerance: float) -> dict[int, list[Piece]]:
 
 
 def _stairs(speed, end, ends: int) -> list[Piece]:
-    """Pieces under caps `speed` (n,) of cells that end at `end` (n,), the first and the last of `ends` cells or more."""
+    """Pieces under caps `speed` (n,) of cells that end at `end` (n,), first and last of `ends` cells or more."""
     step, n = STEP, len(speed)
     while True:
         starts = _starts(speed, step)

@@ -3,7 +3,7 @@
 The feed along a path knows nothing of joints (preflight.py, "cartesian"), so it is the same at every place.  The motion
 is sampled once, in the frame O of the program; a place p_WO, turned about the third axis of W by c, makes of it
 
-    p_W = p_WO + Rz(c) R_O p,    R_WT = Rz(c) R_O R(abc),    v_W, w_W and their rates likewise                        (1)
+    p_W = p_WO + Rz(c) R_O p,    R_WT = Rz(c) R_O R(abc),    v_W, w_W and their rates likewise                       (1)
 
 and what is maximised is the least of 1 - use over samples and limits (demand.py): differential evolution over places,
 many at once, then Nelder and Mead's simplex, whose answer is judged whole; samples that were missed join, and again.
@@ -31,7 +31,7 @@ _BEYOND = -10.0  # margin of a place where the machine cannot stand: finite, so 
 
 
 class Placement(NamedTuple):
-    """Where program zero belongs.  `origin` (6,) is x y z a b c in W, m and rad; margins are least ones, 0 at a limit."""
+    """Where program zero belongs: `origin` (6,), x y z a b c in W, m and rad.  Margins are least ones, 0 at a limit."""
 
     origin: np.ndarray
     margin: float

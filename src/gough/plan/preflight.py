@@ -2,8 +2,8 @@
 
 What is judged is one of two motions:
 
-    "cartesian"  the program as a controller drives it that knows the limits of the tool (data sheet, [feed]) and none of
-                 the joints, as LinuxCNC's planner does in coordinated moves: F as commanded, trapezoids of the speed
+    "cartesian"  the program as a controller drives it that knows the limits of the tool (data sheet, [feed]) and none
+                 of the joints, as LinuxCNC's planner does in coordinated moves: F as commanded, trapezoids of the speed
     "joints"     the same with the feed kept within the joints' speed and acceleration (program/joint_limits.py)
 """
 
@@ -105,12 +105,20 @@ class Preflight:
         """Plain numbers and texts."""
         found = self.found
         return {
-            "program": self.name, "machine": self.machine.name, "controller": self.controller, "passed": self.passed,
-            "exceeded": self.exceeded, "duration": self.duration, "least_margin": self.least, "unchecked": list(self.demand.unchecked),
+            "program": self.name,
+            "machine": self.machine.name,
+            "controller": self.controller,
+            "passed": self.passed,
+            "exceeded": self.exceeded,
+            "duration": self.duration,
+            "least_margin": self.least,
+            "unchecked": list(self.demand.unchecked),
             "findings": [finding._asdict() for finding in self.findings],
-            "peaks": [peak._asdict() for peak in self.peaks], "warnings": self.warnings,
-            "condition": found.condition, "rows": found.rows,
-        }  # fmt: skip
+            "peaks": [peak._asdict() for peak in self.peaks],
+            "warnings": self.warnings,
+            "condition": found.condition,
+            "rows": found.rows,
+        }
 
     def __str__(self) -> str:
         return report(self)
@@ -172,7 +180,8 @@ def _warnings(motion, demand: Demand, found: Found) -> list[str]:
     force = [u for u, kind in zip(found.top, demand.kinds, strict=True) if kind == FORCE]
     if force and _NEAR < max(force) <= 1:
         out.append(
-            f"{100 * max(force):.0f} % of the drives' force are used: a control loop adds to it where the acceleration steps"
+            f"{100 * max(force):.0f} % of the drives' force are used: a control loop adds to it where the acceleration "
+            "steps"
         )
     if machine.limits.condition_warning < found.condition <= machine.limits.condition:
         out.append(
