@@ -18,10 +18,10 @@ from .advice import advise, fitting
 from .caps import Caps, excess
 from .course import state
 from .demand import POSE, Demand
-from .judge import judge
+from .judge import Found, judge
 from .pieces import pieces_of
 from .preflight import CARTESIAN, Preflight, planned
-from .rewrite import Changed, Rewritten, rewritten
+from .rewrite import Changed, rewritten
 
 _ROUNDS = 25
 _LOCAL = 6  # rounds in which only what exceeds a limit is slowed; then whole moves are
@@ -67,29 +67,52 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
         raise WorkspaceError(problems=[finding.problem(program.name) for finding in poses])
     if before.passed:
         return Fixed(program, [], before, before)
-    caps = Caps(motion, demand)
+    caps, path = Caps(motion, demand), motion.course.programmed
+    at, _ = _excess(motion, demand, before.found)
+    slowed = np.unique(motion.course.place(*at).block)  # blocks; those that keep the limits as they are stay
     steady = ramps = None  # how long it would take if only steady feeds counted, and what ramps are fit then
     for round_ in range(_ROUNDS):
         if not (caps.speed[caps.moving] > 0).all():
             raise _no_feed(motion, demand, program, before.found.beyond)
-        made = rewritten(program, pieces_of(caps, motion.course.programmed, program.tolerance))
+        made = rewritten(program, pieces_of(caps, path, slowed, program.tolerance))
         moved = planned(machine, made.program, CARTESIAN)
         found = judge(moved, demand)
         if tell is not None:
-            tell(f"round {round_ + 1}: {len(made.changes)} lines changed, {len(found.beyond)} limits exceeded")
+            tell(f"round {round_ + 1}: {len(made.changes)} lines changed, {found.exceeded} limits exceeded")
         if not found.beyond:
             after = Preflight(moved, demand, found, program.name, CARTESIAN)
-            note = None
-            if steady is not None and after.duration > (1 + _COSTS) * steady:
-                note = (
-                    f"{after.duration - steady:.2f} s are lost to ramps: with an acceleration of {ramps:.3g} m/s2 "
-                    "along the path in the controller the joints could follow faster feeds"
-                )
-            return Fixed(made.program, made.changes, before, after, note)
+            return Fixed(made.program, made.changes, before, after, _note(after.duration, steady, ramps))
         if steady is None:
             steady, ramps = moved.duration, _ramps(moved, demand, found)
-        _take(caps, made, moved, demand, found, round_)
+        at, speed = _excess(moved, demand, found)
+        place = moved.course.place(*at)
+        block, along = made.back(place.block, place.u)
+        known = np.isin(block, slowed)
+        caps.lower(block[known], along[known], speed[known])
+        if round_ >= _LOCAL:
+            caps.ramps(np.unique(block[known]))
+        slowed = np.union1d(slowed, block)
     raise _no_feed(moved, demand, program, found.beyond)
+
+
+def _note(duration: float, steady: float | None, ramps: float | None) -> str | None:
+    """What ramps cost, where that is much."""
+    if steady is None or duration <= (1 + _COSTS) * steady:
+        return None
+    return (
+        f"{duration - steady:.2f} s are lost to ramps: with an acceleration of {ramps:.3g} m/s2 along the path in the "
+        "controller the joints could follow faster feeds"
+    )
+
+
+def _excess(motion, demand: Demand, found: Found):
+    """Where the joints exceed a limit: (block, extent) on the course (n,), and the speed at which they do not (n,)."""
+    block, u, ud, _, speed = excess(motion, demand)
+    more = [np.array([getattr(one, name) for one in found.beyond]) for name in ("block", "u", "ud", "use")]
+    block, u, ud = (np.concatenate([a, b]) for a, b in zip((block, u, ud), more, strict=False))
+    speed = np.minimum(np.concatenate([speed, more[2] / more[3]]), ud * (1 - _LITTLE))
+    moving = ud > 0
+    return (block[moving].astype(int), u[moving]), speed[moving]
 
 
 def _ramps(motion, demand: Demand, found) -> float:
@@ -104,23 +127,6 @@ def _ramps(motion, demand: Demand, found) -> float:
         return demand.uses(here.x, here.xd, here.xdd)[0][:, demand.pose_count :].max(1)
 
     return float((fitting(ask, udd) * np.abs(udd)).min())
-
-
-def _take(caps: Caps, made: Rewritten, moved, demand: Demand, found, round_: int) -> None:
-    """Lower the caps where the program as it stands exceeds a limit."""
-    block, u, ud, udd, speed = excess(moved, demand)
-    b = found.beyond
-    extra = [np.array([getattr(one, name) for one in b]) for name in ("block", "u", "ud")]
-    block = np.concatenate([block, extra[0].astype(int)])
-    u = np.concatenate([u, extra[1]])
-    ud = np.concatenate([ud, extra[2]])
-    speed = np.concatenate([speed, extra[2] / np.array([one.use for one in b])])
-    place = moved.course.place(block, u)
-    block, along = made.back(place.block, place.u)
-    ok = ud > 0
-    if round_ >= _LOCAL:
-        caps.ramps(np.unique(block))
-    caps.lower(block[ok], along[ok], np.minimum(speed, ud * (1 - _LITTLE))[ok])
 
 
 def _no_feed(motion, demand: Demand, program, beyond) -> RunError:

@@ -22,14 +22,14 @@ class Piece(NamedTuple):
     feed: float | None
 
 
-def pieces_of(caps: Caps, path, tolerance: float) -> dict[int, list[Piece]]:
-    """The pieces of every block of `path` whose feed must change, by block.
+def pieces_of(caps: Caps, path, blocks, tolerance: float) -> dict[int, list[Piece]]:
+    """The pieces of those `blocks` of `path` whose feed must change, by block.
 
     `tolerance` m is that of corners under G64 without P.
     """
     slow = caps.speed < caps.top[caps.block] * (1 - _SAME)
     out = {}
-    for i in np.unique(caps.block[slow]).tolist():
+    for i in np.intersect1d(caps.block[slow], blocks).tolist():
         cells = slice(caps.first[i], caps.first[i + 1])
         rounded = path.tolerance[i - 1 : i + 1].max(initial=0.0)  # of the corners at both ends
         ends = max(END, _PER_TOLERANCE * (rounded if np.isfinite(rounded) else tolerance))
