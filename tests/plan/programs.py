@@ -7,7 +7,8 @@ TOO_FAST = {
     "inverse time": "G21 G93 G90\nG1 X200 F200\nG1 X0 F250\nG3 X0 Y100 J50 I0 F150\nG94\nG1 X10 F400\nM2\n",
     "loop": "G21 G90\n#1=3\nF40000\no1 while [#1 gt 0]\nG1 X200\nG1 X[-100-#1]\n#1=[#1-1]\no1 endwhile\n"
     "G1 X0 F300\nY20\nM2\n",
-    "subroutine": "G21 G90\no<a> sub\nG1 X#1 F#2\nX0\no<a> endsub\no<a> call [100] [40000]\no<a> call [150] [20000]\nM2\n",
+    "subroutine": "G21 G90\no<a> sub\nG1 X#1 F#2\nX0\no<a> endsub\n"
+    "o<a> call [100] [40000]\no<a> call [150] [20000]\nM2\n",
     "helix": "G21 G90 G17\nG1 X100 F30000\nG3 X100 Y0 I-100 J0 Z40 P3\nG18 G2 X0 Z140 I-100 K0\n"
     "G19 G3 Y100 Z40 J0 K-100\nM2\n",
     "absolute centre": "G21 G90 G90.1\nG1 X100 F40000\nG3 X-100 Y0 I0 J0\nG1 X0\nM2\n",

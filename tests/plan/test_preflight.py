@@ -10,6 +10,7 @@ from gough.errors import ProgramError
 from gough.plan import preflight
 from gough.plan.demand import ACCELERATION, FORCE, POSE, SPEED, Demand
 from gough.plan.preflight import planned
+from gough.program import Fourier
 from gough.program.nc import NCProgram
 
 
@@ -60,7 +61,7 @@ def test_a_limit_that_is_crossed_between_the_rows_first_looked_at_is_not_missed(
         if exceeded:
             worst = found.findings[0]
             assert (worst.line, worst.kind, worst.what) == (3, POSE, "too long")
-            assert float(worst.value.split()[0]) == pytest.approx(longest, abs=2e-8)
+            assert longest - 1e-6 < float(worst.value.split()[0]) <= longest + 1e-8
 
 
 def test_forces_are_inverse_dynamics_and_the_friction_of_the_sheet():
@@ -97,23 +98,25 @@ def test_both_sides_of_a_step_of_the_acceleration_are_judged(machine):
     assert peak.use * machine.limits.acceleration == pytest.approx(g.max() * machine.feed.acceleration, rel=2e-3)
 
 
-@pytest.mark.parametrize("text", ["G21 G90\nG1 X200 F{F}\nX0\nM2\n", "G21 G90\nG3 X0 Y150 J75 I0 F{F}\nM2\n"])
+@pytest.mark.parametrize("text", ["G21 G90\nG1 X200 F{F}\nX0\nM2\n", "G21 G90\nG3 X0 Y240 J120 I0 F{F}\nM2\n"])
 def test_the_feed_that_is_called_fit_is_fit_and_a_faster_one_is_not(machine, text):
     worst = preflight(machine, nc(text.format(F=40000))).findings[0]
-    assert worst.kind == SPEED and worst.advice.endswith("mm/min is fit here")
+    assert worst.kind == SPEED and worst.advice.endswith("mm/min is fit")
     fit = float(worst.advice[1:].split()[0])
     assert preflight(machine, nc(text.format(F=fit))).passed
-    assert not preflight(machine, nc(text.format(F=1.02 * fit))).passed
+    assert not preflight(machine, nc(text.format(F=1.05 * fit))).passed  # where the line ends, and with it its speed
 
 
 def test_no_feed_is_called_fit_where_the_controllers_own_acceleration_is_too_much():
     machine = gk.load_machine("eth-hexaglide")
     machine = machine.replace(**{"feed.acceleration": 20.0})
     found = preflight(machine, nc("G21 G90\nG1 X100 F60000\nM2\n")).findings
-    assert found and all("no F helps: an acceleration of" in one.advice for one in found if one.kind == FORCE)
-    fit = min(float(one.advice.split()[6]) for one in found)
+    refused = [one for one in found if one.advice.startswith("no F helps: an acceleration of")]
+    assert refused and {one.kind for one in refused} == {FORCE}
+    fit = min(float(one.advice.split()[6]) for one in refused)
     slower = machine.replace(**{"feed.acceleration": fit})
-    assert preflight(slower, nc("G21 G90\nG1 X100 F60000\nM2\n")).passed
+    again = preflight(slower, nc("G21 G90\nG1 X100 F60000\nM2\n")).findings
+    assert not [one for one in again if one.advice.startswith("no F helps")]
 
 
 def test_a_planner_with_joint_limits_drives_what_one_without_cannot(machine):
@@ -149,16 +152,13 @@ def test_what_the_sheet_gives_no_limit_for_is_said_not_to_be_checked():
 
 
 def test_a_pose_outside_the_declared_workspace_is_a_warning_and_not_a_finding(machine):
-    found = preflight(machine, nc("G21 G90\nG1 X260 F3000\nX0\nM2\n"))
+    found = preflight(machine, nc("G21 G90\nG1 X260 F3000\nM2\n"))
     assert found.passed
     assert "line 2: beyond the radius of the workspace: 0.26 m (declared 0.25 m)" in found.warnings
 
 
 def test_a_motion_over_time_has_no_lines_to_judge(machine):
-    program = gk.load_experiment  # a Fourier motion has no feed
-    from gough.program import Fourier
-
-    program = Fourier(period=2.0, cosine=[[0.01, 0, 0, 0, 0, 0]], sine=[[0.0] * 6])
+    program = Fourier(period=2.0, sine=[[0.0] * 3] * 2, cosine=[[0.01, 0.0, 0.0], [-0.0025, 0.0, 0.0]])
     with pytest.raises(ProgramError, match="has no path with a feed along it"):
         preflight(machine, program)
 

@@ -3,7 +3,7 @@
 With V the speed along the path and a its change, at the place where the limit is exceeded most: whichever is the first
 of these that helps,
 
-    V* <= V with  use(V*, a) <= 1      a slower F                                                                  (1)
+    V* <= V with  use(V*, a) <= 1  here, and  use(V*, 0) <= 1  along all of the block         a slower F             (1)
     a* <= a with  use(0, a*) <= 1      a lower acceleration along the path, where (1) has no answer                  (2)
 
 and neither where the machine cannot even stand: then the work must be clamped elsewhere.
@@ -21,6 +21,7 @@ from .demand import ACCELERATION, FORCE, POSE, Demand
 from .judge import Beyond
 
 _HALVINGS = 40
+_PLACES = 33  # of a block that a slower F is asked for at
 _SPARE = 1e-3  # kept below what is fit, so that the number as printed is fit too
 ELSEWHERE = "clamp the work elsewhere: --place finds where"
 
@@ -50,7 +51,9 @@ def advise(motion, demand: Demand, beyond: Sequence[Beyond]) -> list[str]:
 
     zero = np.zeros(len(beyond))
     standing, starting = ask(zero, zero), ask(zero, udd)
-    feed = fitting(lambda v: ask(v, udd), ud) * ud * (1 - _SPARE)
+    feed = np.minimum(fitting(lambda v: ask(v, udd), ud) * ud, _along(motion, demand, block, columns, ud)) * (
+        1 - _SPARE
+    )
     ramp = fitting(lambda a: ask(zero, a), udd) * np.abs(udd) * (1 - _SPARE)
     path = motion.course.path
     out = []
@@ -66,9 +69,22 @@ def advise(motion, demand: Demand, beyond: Sequence[Beyond]) -> list[str]:
         else:
             turning = bool(path.turning_at_rest[j])
             number = np.degrees(feed[i]) * 60 if turning else 60e3 * feed[i]
-            text = f"F{_rounded(number):g} {'deg/min' if turning else 'mm/min'} is fit here"
+            text = f"F{_rounded(number):g} {'deg/min' if turning else 'mm/min'} is fit"
             out.append(f"it is a rapid: with G1, {text}" if path.rapid[j] else text)
     return out
+
+
+def _along(motion, demand: Demand, block, columns, ud) -> np.ndarray:
+    """The greatest steady rate, at most ud (n,), at which all along blocks (n,) the limits `columns` (n,) are kept."""
+    n = len(block)
+    j, share = np.repeat(block, _PLACES), np.tile(np.linspace(0, 1, _PLACES), n)
+    u, still = share * motion.course.path.extent[j], np.zeros(n * _PLACES)
+
+    def ask(v):
+        here = state(motion, j, u, v, still)
+        return demand.uses(here.x, here.xd, here.xdd)[0][np.arange(len(j)), np.repeat(columns, _PLACES)]
+
+    return (fitting(ask, np.repeat(ud, _PLACES)) * np.repeat(ud, _PLACES)).reshape(n, _PLACES).min(1)
 
 
 def _rounded(value: float) -> float:

@@ -38,6 +38,7 @@ class Found(NamedTuple):
     top: np.ndarray  # (k,) greatest use of each column, over the program
     top_line: np.ndarray
     top_time: np.ndarray
+    top_place: np.ndarray  # (k, 4), as `place`
     beyond: list[Beyond]  # lines and columns above 1, worst first, `MOST` of them
     exceeded: int  # how many there are
     unreachable: dict[int, tuple[float, np.ndarray]]  # NC line: first time s, and task coordinates
@@ -106,6 +107,7 @@ class _Keeper:
         self.use, self.column, self.time = np.full(m, -np.inf), np.zeros(m, int), np.zeros(m)
         self.place = np.zeros((m, 4))
         self.top, self.top_line, self.top_time = np.full(k, -np.inf), np.zeros(k, int), np.zeros(k)
+        self.top_place = np.zeros((k, 4))
         self.beyond: list[tuple] = []
         self.unreachable: dict[int, tuple[float, np.ndarray]] = {}
         self.number_of_J, self.seen, self.rows = (0.0, 0, 0.0), 0, 0
@@ -169,6 +171,7 @@ class _Keeper:
             i = best[c]
             k = int(f[:, i, c].argmax())
             self.top[c], self.top_line[c] = most[i, c], self.number[line[i]]
+            self.top_place[c] = places[k, i]
             self.top_time[c] = part.t0[i] + _SHARES[k] * (part.t1[i] - part.t0[i])
         if which is None:
             return
@@ -229,5 +232,6 @@ class _Keeper:
         number, line, t = self.number_of_J
         return Found(
             self.number[seen], self.use[seen], self.column[seen], self.time[seen] + lead, self.place[seen], self.top,
-            self.top_line, self.top_time + lead, beyond, exceeded, late, number, line, t + lead, self.rows,
+            self.top_line, self.top_time + lead, self.top_place, beyond, exceeded, late, number, line, t + lead,
+            self.rows,
         )  # fmt: skip

@@ -5,8 +5,12 @@ is sampled once, in the frame O of the program; a place p_WO, turned about the t
 
     p_W = p_WO + Rz(c) R_O p,    R_WT = Rz(c) R_O R(abc),    v_W, w_W and their rates likewise                       (1)
 
-and what is maximised is the least of 1 - use over samples and limits (demand.py): differential evolution over places,
-many at once, then Nelder and Mead's simplex, whose answer is judged whole; samples that were missed join, and again.
+and what is maximised is the least of m_i = 1 - use over samples and limits (demand.py): by differential evolution over
+places x, many at once, then by linear programs for a step d of the place,
+
+    greatest t with  m_i(x) + grad m_i . d >= t  for all i near the least,   |d_k| <= reach                         (2)
+
+whose answer is judged whole; samples that were missed join, and again.
 """
 
 from __future__ import annotations
@@ -24,10 +28,15 @@ from .judge import judge
 from .preflight import CARTESIAN, Preflight, planned
 
 _KEPT = 300  # samples that places are judged by at first
-_ROUNDS = 4
+_ROUNDS = 8
+_SURE = 1e-5  # of a margin: what the samples may have missed
 _BATCH = 20_000  # rows asked at once
 _WIDEST = 1.0  # m, to each side of home where no workspace is declared
-_BEYOND = -10.0  # margin of a place where the machine cannot stand: finite, so that simplices can be compared
+_REACH, _FINEST = 10e-3, 1e-7  # m and rad, of a step of (2): the first, and the last
+_STEP = 1e-6  # m and rad, of differences: err by 1e-12 of a margin's bend, and rounding by 1e-10
+_BAND = 0.2  # of margins that a step of (2) may make the least
+_CLIMBS = 60
+_BEYOND = -10.0  # margin of a place where the machine cannot stand: finite, so that places can be compared
 
 
 class Placement(NamedTuple):
@@ -78,13 +87,14 @@ def place(machine, program, turn: bool = False, poses_only: bool = False, seed: 
     machine = machine.rigid
     search = _Search(machine, program, turn, poses_only)
     before = best = search.judged(search.start)
+    x = search.optimum(seed)
     for _ in range(_ROUNDS):
-        x = search.optimum(seed)
         found = search.judged(x)
         best = max(best, found, key=search.least)
-        if search.least(found) >= search.margins(x[None])[0] - 1e-3:
+        if search.least(found) >= search.margins(x[None])[0] - _SURE:
             break
-        search.join(x)
+        search.join(found)
+        x = search.climbed(x)
     worst = [one for one in best.findings if one.kind == POSE or not poses_only]
     if worst:
         raise WorkspaceError(
@@ -116,16 +126,16 @@ class _Search:
 
     def _sampled(self, motion):
         """Poses, twists and their rates of T in the frame of program zero: p, R, v, w, v', w'."""
-        feed_motion = _Six(motion)
+        self.free = _Six(motion)
         parts = []
         whole = stretches(motion)
         for share in (0.0, 0.5, 1.0):
-            here = rows(feed_motion, whole, share)
+            here = rows(self.free, whole, share)
             parts.append(np.concatenate([here.x, here.xd, here.xdd], 1))
         for share in (0.0, 1.0):
             path = motion.course.path
             block, still = np.arange(len(path)), np.zeros(len(path))
-            here = state(feed_motion, block, share * path.extent, still, still)
+            here = state(self.free, block, share * path.extent, still, still)
             parts.append(np.concatenate([here.x, here.xd, here.xdd], 1))
         return self._own(np.concatenate(parts))
 
@@ -202,9 +212,13 @@ class _Search:
         parts = np.array_split(np.arange(n), n // 5000 + 1)
         return np.concatenate([self._uses(x[None], part)[0] for part in parts]).argmax(0)
 
-    def join(self, x) -> None:
-        """Keep the samples that use most of each limit at the place x (n,)."""
-        self.kept = np.union1d(self.kept, self._most(x))
+    def join(self, found: Preflight) -> None:
+        """Take in the samples that use most of each limit at the place of `found`."""
+        block, *rates = found.found.top_place.T
+        here = state(self.free, block.astype(int), *rates)
+        more = self._own(np.concatenate([here.x, here.xd, here.xdd], 1))
+        self.kept = np.append(self.kept, len(self.whole[0]) + np.arange(len(block)))
+        self.whole = [np.concatenate(pair) for pair in zip(self.whole, more, strict=True)]
 
     def least(self, found: Preflight) -> float:
         """The least margin of a whole preflight."""
@@ -212,7 +226,7 @@ class _Search:
 
     def optimum(self, seed: int) -> np.ndarray:
         """The place with the greatest least margin."""
-        from scipy.optimize import differential_evolution, minimize
+        from scipy.optimize import differential_evolution
 
         def cost(x):  # (k, n) of differential evolution
             return -self.margins(x.T)
@@ -223,11 +237,33 @@ class _Search:
             cost, bounds, x0=start, seed=seed, vectorized=True, updating="deferred", popsize=12, maxiter=60, tol=1e-4,
             polish=False,
         )  # fmt: skip
-        x = found.x
-        for _ in range(2):  # a simplex that has stopped on a ridge goes on from there with a new one
-            done = minimize(lambda x: float(-self.margins(x[None])[0]), x, method="Nelder-Mead", bounds=bounds,
-                            options={"maxfev": 300, "xatol": 1e-6, "fatol": 1e-6})  # fmt: skip
-            x = done.x
+        return self.climbed(found.x)
+
+    def climbed(self, x) -> np.ndarray:
+        """The top of the least margin near x, by eq. (2) within a box that shrinks where it promises too much."""
+        from scipy.optimize import linprog
+
+        k, reach, h = len(x), _REACH, _STEP * np.eye(len(x))
+        top = self.margins(x[None])[0]
+        for _ in range(_CLIMBS):
+            at = 1 - self._uses(np.concatenate([x[None], x + h, x - h]), self.kept).reshape(2 * k + 1, -1)
+            near = np.flatnonzero(at[0] < at[0].min() + _BAND)
+            if not np.isfinite(at[:, near]).all():
+                return x
+            slope = (at[1 : k + 1, near] - at[k + 1 :, near]).T / (2 * _STEP)
+            box = [*zip(np.maximum(self.low - x, -reach), np.minimum(self.high - x, reach), strict=True), (None, None)]
+            rows_ = np.column_stack([-slope, np.ones(len(near))])
+            step = linprog(np.append(np.zeros(k), -1.0), rows_, at[0, near], bounds=box, method="highs")
+            if step.x is None:
+                return x
+            new = np.clip(x + step.x[:k], self.low, self.high)
+            found = self.margins(new[None])[0]
+            if found > top:
+                x, top = new, found
+            else:
+                reach /= 4
+                if reach < _FINEST:
+                    break
         return x
 
     def judged(self, x) -> Preflight:
