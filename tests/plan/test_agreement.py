@@ -1,7 +1,8 @@
 """The verdict of the preflight against the closed loop: machine, drives, friction and encoders, under computed torque.
 
-A loop of 0.1 ms, so that what the loop itself adds where the acceleration steps stays small: of the drives' force it was
-seen to add up to 6 % of the limit (at 1 ms and 12 Hz a third of it, for two or three samples: docs/preflight.md).
+A loop of 0.1 ms, so that what the loop itself adds where the acceleration steps, and where encoders do, stays small:
+of the drives' force it was seen to add up to 8 % of the limit (at 1 ms and 12 Hz a third of it, for two or three
+samples: docs/preflight.md).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from gough.program.load import pieces
 
 PERIOD, BANDWIDTH = 1e-4, 12.0
 _COMES = 0.02  # of a limit: what is announced comes within it (the issue's figure)
-_LOOP = 0.06  # of the force limit, that the loop adds: measured, see above
+_LOOP = 0.1  # of the force limit, that the loop adds: measured, see above
 MACHINES = ("ccu-3prs", "eth-hexaglide", "ifma-hsm", "nist-octahedral", "okuma-pm600")
 SHIPPED = [(machine, name) for machine in MACHINES for name, path in pieces().items() if machine in path.read_text()]
 FULL = [
@@ -82,12 +83,13 @@ def test_the_programs_of_the_examples_too(file):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name, origin", [("cone-frustum-18", 0.25), ("circles-xy", 0.4), ("s-piece", 0.2)])
+@pytest.mark.parametrize("name, origin", [("cone-frustum-18", 0.5), ("circles-xy", 0.4), ("s-piece", 0.5)])
 def test_a_run_that_ends_at_a_limit_ends_on_a_line_that_was_announced(name, origin):
     """The program beside its place: the loop refuses it at a pose of a line that the preflight names."""
     machine = gk.load_machine("nist-octahedral")
     program = gk.load_program(name, origin=[origin, 0.1, 0, 0, 0, 0])
     lines = {one.line for one in preflight(machine, program).findings if one.kind == POSE}
+    assert lines
     with pytest.raises(WorkspaceError) as told:
         run(machine, program)
     where = str(told.value)
