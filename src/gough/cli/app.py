@@ -4,6 +4,7 @@
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough preflight P    what a program asks of a machine's joints; feeds they can follow; where to clamp the work
     gough report LOG...  the report of logs that are there
+    gough view RESULT    the machine moving along a run, in the browser
     gough monitor LOG    the force on the tool out of a recorded log
     gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
@@ -33,7 +34,6 @@ app = typer.Typer(
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
     epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -167,6 +167,31 @@ def report(
         report_logs(logs, out, force, quiet or json, outcome)
 
     return finish("report", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def view(
+    result: Annotated[list[Path], typer.Argument(help="Results folders, or logs (.nc) in them.")],
+    export: Annotated[
+        Path | None, typer.Option("--export", help="Write a page that plays from disk instead, e.g. scene.html.")
+    ] = None,
+    magnify: Annotated[
+        float | None, typer.Option("--magnify", help="How many times as large deviations are drawn.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of 127.0.0.1; 0 is any.")] = 8080,
+    browse: Annotated[bool, typer.Option("--open", help="Open the browser.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the page.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """The machine moving along a run, in the browser."""
+
+    def work(outcome: Outcome) -> None:
+        from .view import view_files
+
+        view_files(result, export, magnify, port, browse, force, outcome)
+
+    return finish("view", work, json, debug)
 
 
 @app.command(rich_help_panel="Logs")
@@ -339,15 +364,19 @@ def show(
         str,
         typer.Argument(help="A machine or NC program (.ngc), by name or file; or an experiment.", metavar="NAME|FILE"),
     ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the drawing of a machine as PNG into this file instead.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Show a machine: every number with its unit, meaning and source.  Or a program: every move it comes to."""
+    """Show a machine: its drawing, every number with its unit, meaning and source.  Or a program: all its moves."""
 
     def work(outcome: Outcome) -> None:
         from .show import show_anything
 
-        show_anything(what, outcome)
+        show_anything(what, outcome, out, force)
 
     return finish("show", work, json, debug)
 
@@ -376,8 +405,29 @@ def export(
 
 
 @app.command(rich_help_panel="Machines")
+def explain(
+    code: Annotated[
+        str | None, typer.Argument(help="The code of an error, as --json gives it; all where left out.", metavar="CODE")
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """What an error means, why it comes, and what to do."""
+
+    def work(outcome: Outcome) -> None:
+        from .explain import explain as tell_of
+
+        tell_of(code, outcome)
+
+    return finish("explain", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
 def new(
-    what: Annotated[str, typer.Argument(help="machine, experiment or map.", metavar="machine|experiment|map")],
+    what: Annotated[
+        str,
+        typer.Argument(help="machine, controller, experiment or map.", metavar="machine|controller|experiment|map"),
+    ],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
