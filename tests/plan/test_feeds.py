@@ -191,6 +191,7 @@ def test_a_feed_in_force_is_said_again_where_a_line_before_it_has_changed(machin
     assert "\nZ-1 F30000\nF500\nZ-2\nM2\n" in found.program.text
 
 
+@pytest.mark.full
 def test_what_ramps_cost_is_told_with_the_acceleration_that_would_cost_less():
     machine = gk.load_machine("eth-hexaglide")
     found = fix_feed(machine, nc("G21 G90 G64 P0.1\nG1 X200 F100000\nG3 X-200 Y0 I-200 J0\nG1 X0 Y0 Z-100\nM2\n"))

@@ -73,6 +73,7 @@ def test_origin_and_g10_say_the_same_place(machine):
     assert found.table.startswith('origin = ["') and found.table.count('"') == 12
 
 
+@pytest.mark.full
 def test_a_part_that_fits_nowhere_is_told_with_the_limit_that_binds(machine):
     with pytest.raises(WorkspaceError) as told:
         place(machine, nc("G21 G90\nG1 X900 F3000\nX0\nM2\n"))
@@ -84,6 +85,7 @@ def test_a_part_that_fits_nowhere_is_told_with_the_limit_that_binds(machine):
     assert problem.line == 2 and not low <= float(problem.value.split()[0]) <= high
 
 
+@pytest.mark.full
 def test_a_program_that_leaves_the_workspace_is_put_back_into_it(machine):
     program = nc("G21 G90\nG1 X650 F3000\nX500 Y30\nM2\n", origin=[0.35, 0.35, 0, 0, 0, 0])
     assert not preflight(machine, program).passed

@@ -61,7 +61,8 @@ def test_a_folder_gets_the_whole_verdict_and_every_line(part, tmp_path):
     rows = list(csv.DictReader((tmp_path / "out" / "lines.csv").open()))
     assert [row["line"] for row in rows] == ["2", "3"] and all(float(row["use"]) > 1 for row in rows)
     with pytest.raises(ExperimentError, match="holds files that gough did not make"):
-        ask(part(FAST), out=tmp_path)
+        ask(part(FAST), out=tmp_path, fix=tmp_path / "fixed.ngc")
+    assert not (tmp_path / "fixed.ngc").exists()
 
 
 def test_a_fixed_program_is_written_and_the_original_is_as_it_was(part, tmp_path):

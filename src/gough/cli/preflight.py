@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import json
@@ -55,27 +56,31 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
     known, program, path = loaded(file, machine)
     if asked.fix is not None:
         _check_target(asked.fix, path, program, asked.force)
-    quiet_too = quiet or outcome.as_json
-    if asked.place:
-        program = _placed(known, program, asked, path, quiet_too, outcome)
-    if asked.fix is not None:
-        found = _fixed(known, program, asked.fix, path, quiet_too, outcome)
-    else:
-        with preparing(path.name, quiet):
-            found = preflight(known, program, asked.planner)
-    outcome.data.update(found.to_json())
-    if asked.out is not None:
-        with results_folder(asked.out, asked.force) as folder:
+    # a folder that cannot be is refused before anything is written
+    with contextlib.nullcontext() if asked.out is None else results_folder(asked.out, asked.force) as folder:
+        found = _found(known, program, asked, path, quiet or outcome.as_json, outcome)
+        outcome.data.update(found.to_json())
+        if folder is not None:
             write_atomic(folder / "preflight.json", json.dumps(plain(found.to_json()), indent=1) + "\n")
             write_atomic(folder / "lines.csv", table(found))
-        outcome.data["folder"] = str(asked.out)
-    if not quiet_too:
+            outcome.data["folder"] = str(asked.out)
+    if not quiet and not outcome.as_json:
         outcome.say(found)
     if not found.passed:
         outcome.data.update(status="failed", error=found.error().to_json())
         if quiet:
             count = found.exceeded
             print(f"{path.name}: {count} limit{'s' * (count != 1)} exceeded", file=sys.stderr)
+
+
+def _found(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
+    """The verdict on the program: as it is, or at the best place, or with feeds that the joints can follow."""
+    if asked.place:
+        program = _placed(known, program, asked, path, quiet, outcome)
+    if asked.fix is not None:
+        return _fixed(known, program, asked.fix, path, quiet, outcome)
+    with preparing(path.name, quiet):
+        return preflight(known, program, asked.planner)
 
 
 def _check_target(target: Path, path: Path, program: Any, force: bool) -> None:

@@ -101,7 +101,7 @@ class Demand:
         if column < k:
             rule, value, limit = machine.limit_told(column, (1 - use) * self.scale[column])
             return Told(POSE, *parted(rule), value, limit)
-        kind, joint = self.kinds[column], (column - k) % machine.joints_count
+        kind, joint = str(self.kinds[column]), (column - k) % machine.joints_count
         bound = self.limits[kind]
         value, limit = (f"{number:.4g} {_UNITS[kind]}" for number in (use * bound, bound))
         return Told(kind, machine.joint_names[joint], f"{kind} too high" if use > 1 else kind, value, limit)
