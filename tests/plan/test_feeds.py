@@ -44,7 +44,7 @@ def fixed(machine):
 
 
 CASES = pytest.mark.parametrize("name", TOO_FAST)
-QUICK = pytest.mark.quick("lines", "loop", "exact stop", "inverse time")
+QUICK = pytest.mark.quick("exact stop", "inverse time")
 
 
 @QUICK
@@ -198,6 +198,7 @@ def test_what_ramps_cost_is_told_with_the_acceleration_that_would_cost_less():
     assert found.after.passed and "s are lost to ramps: with an acceleration of" in found.note
 
 
+@pytest.mark.full
 def test_an_acceleration_that_no_feed_cures_is_refused_with_the_one_that_is_fit():
     machine = gk.load_machine("eth-hexaglide").replace(**{"feed.acceleration": 20.0})
     with pytest.raises(WorkspaceError) as told:
@@ -255,6 +256,7 @@ def test_a_program_that_passes_is_left_alone(machine):
     assert found.program is program and not found.changes and found.after is found.before
 
 
+@pytest.mark.full
 def test_the_jerk_limited_feed_of_an_experiment_is_kept_too(machine):
     program = nc(TOO_FAST["rounded"]).replace(profile="jerk_limited")
     found = fix_feed(machine, program)

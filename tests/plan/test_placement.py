@@ -93,6 +93,7 @@ def test_a_program_that_leaves_the_workspace_is_put_back_into_it(machine):
     assert found.margin > 0 > found.before and found.preflight.passed
 
 
+@pytest.mark.full
 def test_one_axis_has_a_place_and_no_angle():
     machine = gk.load_machine("emps")
     program = nc("G21 G90\nG1 X200 F5000\nX0\nM2\n")

@@ -49,6 +49,7 @@ def test_peaks_are_those_of_struts_worked_out_from_distances(machine):
                                                              abs=2e-5)  # fmt: skip
 
 
+@pytest.mark.full
 def test_a_limit_that_is_crossed_between_the_rows_first_looked_at_is_not_missed(machine):
     """The longest strut of a circle is known from distances; a limit a micrometre below it is exceeded for 1.6 mm."""
     circle = "G21 G90\nG1 X-100 F5000\nG3 X-100 Y0 I100 J0\nM2\n"
@@ -163,6 +164,7 @@ def test_a_motion_over_time_has_no_lines_to_judge(machine):
         preflight(machine, program)
 
 
+@pytest.mark.quick("nist-octahedral", "emps")
 @pytest.mark.parametrize("name", ["ccu-3prs", "emps", "eth-hexaglide", "ifma-hsm", "nist-octahedral", "okuma-pm600"])
 def test_every_machine_of_the_library_can_be_asked(name):
     found = preflight(gk.load_machine(name), nc("G21 G90\nG1 X40 F3000\nX0\nM2\n"))

@@ -73,6 +73,7 @@ def test_a_fixed_program_is_written_and_the_original_is_as_it_was(part, tmp_path
     assert ask(tmp_path / "fixed.ngc")["passed"]
 
 
+@pytest.mark.full
 def test_the_original_is_never_overwritten_whatever_it_is_called(part, tmp_path):
     file = part(FAST)
     (tmp_path / "link.ngc").symlink_to(file)
