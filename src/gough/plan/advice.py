@@ -20,7 +20,7 @@ from .course import state
 from .demand import ACCELERATION, FORCE, POSE, Demand
 from .judge import Beyond
 
-_HALVINGS = 40
+_HALVINGS = 30
 _PLACES = 33  # of a block that a slower F is asked for at
 _SPARE = 1e-3  # kept below what is fit, so that the number as printed is fit too
 ELSEWHERE = "clamp the work elsewhere: --place finds where"

@@ -15,23 +15,25 @@ import numpy as np
 
 from .advice import fitting
 from .course import rows, state, stretches
-from .demand import Demand
+from .demand import ACCELERATION, SPEED, Demand
 
 CELL = 1e-3  # m or rad
 _MOST = 300_000  # cells; with more, cells grow
-_ROWS = 16_384
+_ROWS = 4096  # rows asked at once: what is worked on stays in the cache
 SPARE = 3e-4  # that feeds are kept below the caps by: a third of what a limit may be off by
+_ROUNDING = 1e-9
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 class Caps:
     """Caps of cells of the programmed path: of each its block, where it begins and ends (extent), and `speed` m/s.
 
-    `first` (m + 1,) is the first cell of each block, `top` (m,) the speed at which it is driven without caps.
+    `first` (m + 1,) is the first cell of each block, `top` (m,) the speed at which it is driven without caps.  Blocks
+    have caps from when they are asked for on.
     """
 
     def __init__(self, motion, demand: Demand):
-        self.demand = demand
+        self.motion, self.demand = motion, demand
         path = motion.course.programmed
         size = max(CELL, float(path.extent.sum()) / _MOST)
         self.count = np.maximum(np.ceil(path.extent / size - 1e-9).astype(int), 1)
@@ -40,14 +42,50 @@ class Caps:
         part = np.arange(len(self.block)) - self.first[self.block]
         self.size = path.extent / self.count
         self.moving = path.extent[self.block] > 0
-        self.begin = part * self.size[self.block]
-        self.end = np.where(
-            part == self.count[self.block] - 1, path.extent[self.block], (part + 1) * self.size[self.block]
-        )
+        last = part == self.count[self.block] - 1
+        self.end = np.where(last, path.extent[self.block], (part + 1) * self.size[self.block])
         self.top = self._tops(motion)
         self.speed = self.top[self.block]
-        self.ramp = self.speed.copy()
-        self._ask(motion)
+        course = motion.course
+        self._owner = course.place(np.arange(len(course.path)), course.path.extent / 2).block
+        self._asked = np.zeros(len(path), bool)
+
+    def ask(self, blocks) -> None:
+        """Caps by eq. (1) for those of `blocks` that have none yet."""
+        new = np.setdiff1d(blocks, np.flatnonzero(self._asked))
+        self._asked[new] = True
+        for j, u in self._nodes(new):
+            top = self.motion.feed.speed[j]
+            speed, _ = fit(self.motion, self.demand, j, u, top, np.zeros(len(j)))
+            self._lower(j, u, speed, top)
+
+    def ramps(self, blocks) -> None:
+        """Caps of whole blocks down to the speeds of eq. (2)."""
+        for j, u in self._nodes(blocks):
+            top, a = self.motion.feed.speed[j], self.motion.feed.acceleration[j]
+            up, _ = fit(self.motion, self.demand, j, u, top, a)
+            speed, _ = fit(self.motion, self.demand, j, u, up, -a)
+            self._lower(j, u, speed, top)
+
+    def _nodes(self, blocks):
+        """Places of the course in and beside the programmed `blocks`, a cell's ends and middle; batches of (j, u)."""
+        path = self.motion.course.path
+        near = np.isin(self._owner, blocks)
+        near[1:] |= np.isin(self._owner[:-1], blocks)  # a blend belongs to one of its blocks, and limits both
+        near[:-1] |= np.isin(self._owner[1:], blocks)
+        size = max(CELL, float(path.extent.sum()) / _MOST)
+        moving = np.flatnonzero((path.extent > 0) & near)
+        count = np.maximum(np.ceil(path.extent[moving] / size - 1e-9).astype(int), 1) * 2 + 1
+        j = np.repeat(moving, count)
+        k = np.arange(len(j)) - np.repeat(np.cumsum(count) - count, count)
+        u = path.extent[j] * (k / np.repeat(count - 1, count))
+        for part in np.array_split(np.arange(len(j)), len(j) // _ROWS + 1):
+            yield j[part], u[part]
+
+    def _lower(self, j, u, speed, top):
+        slower = speed < top * (1 - 1e-9)
+        place = self.motion.course.place(j[slower], u[slower])
+        self.lower(place.block, place.u, speed[slower])
 
     @staticmethod
     def _tops(motion) -> np.ndarray:
@@ -58,57 +96,45 @@ class Caps:
         np.maximum.at(tops, course.place(every, course.path.extent / 2).block, feed.speed)
         return tops
 
-    def _ask(self, motion):
-        """Equations (1) and (2) at both ends and in the middle of what lies in each cell of the course."""
-        path, feed = motion.course.path, motion.feed
-        size = max(CELL, float(path.extent.sum()) / _MOST)
-        moving = np.flatnonzero(path.extent > 0)
-        count = np.maximum(np.ceil(path.extent[moving] / size - 1e-9).astype(int), 1) * 2 + 1
-        j = np.repeat(moving, count)
-        k = np.arange(len(j)) - np.repeat(np.cumsum(count) - count, count)
-        u = path.extent[j] * (k / np.repeat(count - 1, count))
-        for part in np.array_split(np.arange(len(j)), len(j) // _ROWS + 1):
-            top, a = feed.speed[j[part]], feed.acceleration[j[part]]
-            zero = np.zeros(len(part))
-            steady, _ = fit(motion, self.demand, j[part], u[part], top, zero)
-            up, _ = fit(motion, self.demand, j[part], u[part], steady, a)
-            down, _ = fit(motion, self.demand, j[part], u[part], up, -a)
-            place = motion.course.place(j[part], u[part])
-            slower, harder = steady < top * (1 - 1e-9), down < top * (1 - 1e-9)
-            self.lower(place.block[slower], place.u[slower], steady[slower])
-            self._least(self.ramp, place.block[harder], place.u[harder], down[harder])
-
     def lower(self, block, u, speed) -> None:
         """No more than `speed` (n,) at the extents u (n,) of blocks (n,) of the programmed path."""
-        self._least(self.speed, block, u, speed)
-
-    def _least(self, caps, block, u, speed):
         moving = self.size[block] > 0
         size = np.where(moving, self.size[block], 1.0)
         for side in (-1e-6, 1e-6):  # a place on the edge of two cells counts for both
             k = self.first[block] + np.clip(np.floor(u / size + side).astype(int), 0, self.count[block] - 1)
-            np.minimum.at(caps, k, np.where(moving, speed * (1 - SPARE), np.inf))
-
-    def ramps(self, blocks) -> None:
-        """Caps of whole blocks down to the speeds of eq. (2)."""
-        cells = np.isin(self.block, blocks)
-        self.speed[cells] = np.minimum(self.speed[cells], self.ramp[cells])
+            np.minimum.at(self.speed, k, np.where(moving, speed * (1 - SPARE), np.inf))
 
 
 def fit(motion, demand: Demand, block, u, ud, udd) -> tuple[np.ndarray, np.ndarray]:
-    """The greatest rate of the extent, at most ud (n,), at which the joints keep their limits, and their use at ud."""
+    """The greatest rate of the extent, at most ud (n,), at which the joints keep their limits, and their use at ud.
+
+    With q' = g V and q'' = g a + g' V^2 (program/joint_limits.py) speed and acceleration give it in closed form; where
+    the force then is too much, bisection does.
+    """
     k = demand.pose_count
 
     def ask(rows, v):
         here = state(motion, block[rows], u[rows], v, udd[rows])
         return demand.uses(here.x, here.xd, here.xdd)[0][:, k:].max(1)
 
-    every = np.arange(len(block))
-    use = ask(every, ud)
+    use = ask(np.arange(len(block)), ud)
     out = ud.copy()
     much = np.flatnonzero(use > 1)
     if len(much):
-        out[much] *= fitting(lambda v: ask(much, v), ud[much])
+        one = state(motion, block[much], u[much], np.ones(len(much)), np.zeros(len(much)))
+        found = demand.values(one.x, one.xd, one.xdd)
+        g, h = found[SPEED], found[ACCELERATION]
+        v = ud[much]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if demand.limits[SPEED] is not None:
+                v = np.minimum(v, (demand.limits[SPEED] / np.abs(g)).min(1))
+            if demand.limits[ACCELERATION] is not None:
+                spare = np.maximum(demand.limits[ACCELERATION] - np.sign(h) * g * udd[much, None], 0.0)
+                v = np.minimum(v, np.sqrt(np.where(h == 0, np.inf, spare / np.abs(h)).min(1)))
+        out[much] = v = v * (1 - _ROUNDING)
+        over = np.flatnonzero(ask(much, v) > 1)
+        if len(over):
+            out[much[over]] *= fitting(lambda v: ask(much[over], v), v[over])
     return out, use
 
 

@@ -70,6 +70,7 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
     caps, path = Caps(motion, demand), motion.course.programmed
     at, _ = _excess(motion, demand, before.found)
     slowed = np.unique(motion.course.place(*at).block)  # blocks; those that keep the limits as they are stay
+    caps.ask(slowed)
     steady = ramps = None  # how long it would take if only steady feeds counted, and what ramps are fit then
     for round_ in range(_ROUNDS):
         if not (caps.speed[caps.moving] > 0).all():
@@ -92,6 +93,7 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
         if round_ >= _LOCAL:
             caps.ramps(np.unique(block[known]))
         slowed = np.union1d(slowed, block)
+        caps.ask(slowed)
     raise _no_feed(moved, demand, program, found.beyond)
 
 
