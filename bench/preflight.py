@@ -1,7 +1,7 @@
 """python -m bench.preflight: how long the preflight of NC programs of 100 000 lines takes, from file to verdict.
 
-Each case runs in a process of its own, on one core; figures are CPU time.  The
-programs are those of bench.programs.  Writes docs/performance-preflight.md.
+Each case runs in a process of its own, on one core; figures are CPU time.  The programs are those of bench.programs.
+Writes docs/performance-preflight.md.
 """
 
 from __future__ import annotations

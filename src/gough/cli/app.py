@@ -9,6 +9,8 @@
     gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
+    gough map M          what a machine can do over its workspace
+    gough envelope M     how far from a pose in every direction
     gough export M       a machine for another program
     gough machines, show, new
 
@@ -381,6 +383,67 @@ def show(
     return finish("show", work, json, debug)
 
 
+@app.command("map", rich_help_panel="Machines")
+def map_(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    what: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--what",
+            help="workspace, dexterity, feed, acceleration, force, gravity or stiffness; several by commas.  "
+            "[default: workspace]",
+        ),
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option("--over", help='Coordinates that run, as "x,y" or "a,b" or "x=-50 mm..50 mm,y".  [default: x,y]'),
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", help='Where the others stand, as "z=50 mm"; may be repeated.')
+    ] = None,
+    points: Annotated[str, typer.Option("--points", help="Of each coordinate that runs; or one number each.")] = "41",
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Map a machine over its workspace: NetCDF, figures, and where it is worst."""
+
+    def work(outcome: Outcome) -> None:
+        from .map import map_machine
+
+        map_machine(machine, what or ["workspace"], over, at or (), points, out, force, quiet, outcome)
+
+    return finish("map", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def envelope(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", help='The pose, as "x=50 mm,z=-20 mm,a=5 deg"; what is not said is as at home.'),
+    ] = None,
+    wrench: Annotated[
+        str | None, typer.Option("--wrench", help='On the tool, in W, as "0 N,0 N,-500 N"; the drives hold it, too.')
+    ] = None,
+    workspace: Annotated[bool, typer.Option("--workspace", help="The declared workspace is a limit, too.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="A file for the figure: .png, .svg or .pdf.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """How far from a pose, along each coordinate and in every direction, and what ends it."""
+
+    def work(outcome: Outcome) -> None:
+        from .envelope import envelope_of
+
+        envelope_of(machine, at or (), wrench, workspace, out, force, outcome)
+
+    return finish("envelope", work, json, debug)
+
+
 @app.command(rich_help_panel="Machines")
 def export(
     what: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
@@ -453,7 +516,7 @@ def main(arguments: list[str] | None = None) -> None:
     def call(_outcome: Outcome) -> int:
         return app(arguments, prog_name="gough", standalone_mode=False)
 
-    known = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    known = {command.callback.__name__.rstrip("_") for command in app.registered_commands if command.callback}
     name = next((word for word in arguments if word in known), "arguments")
     sys.exit(finish(name, call, "--json" in arguments, "--debug" in arguments, inner=True))
 

@@ -1,4 +1,4 @@
-"""Before metal is cut: what a program asks of a machine, feeds that it can follow, and where to clamp the work."""
+"""Before anything moves: what a machine can do, where it can go, and what to do where it cannot."""
 
 from .feeds import Fixed, fix_feed
 from .placement import Placement, place
