@@ -39,6 +39,7 @@ test-all: $(VENV)/developed
 bench: $(VENV)/developed
 	$(BIN)/python -m bench
 	$(BIN)/python -m bench.programs
+	$(BIN)/python -m bench.preflight
 
 mutate: $(VENV)/developed
 	$(BIN)/python tools/mutate.py --workers $(WORKERS)

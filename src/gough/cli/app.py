@@ -3,6 +3,7 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough sweep FILE     the runs that its [sweep] table asks for, and what they come to together
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
+    gough preflight P    what a program asks of a machine's joints; feeds they can follow; where to clamp the work
     gough report LOG...  the report of logs that are there
     gough view RESULT    the machine moving along a run, in the browser
     gough monitor LOG    the force on the tool out of a recorded log
@@ -174,6 +175,44 @@ def check(
         check_file(file, machine, quiet, outcome)
 
     return finish("check", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def preflight(
+    file: Annotated[
+        Path, typer.Argument(help="An NC program (.ngc), an experiment (.toml), or a program of the library.")
+    ],
+    machine: MachineName = None,
+    planner: Annotated[
+        str,
+        typer.Option("--planner", help="cartesian: F as written, no limits of joints; joints: kept within them."),
+    ] = "cartesian",
+    fix_feed: Annotated[
+        Path | None,
+        typer.Option("--fix-feed", help="Write the program with F words that every joint can follow into this file."),
+    ] = None,
+    place: Annotated[
+        bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
+    ] = False,
+    turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for preflight.json and lines.csv.")] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over files that are there (never the original program).")
+    ] = False,
+    json: Json = False,
+    seed: Annotated[int, typer.Option("--seed", help="Of the search of --place.")] = 0,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Before metal is cut: stroke, joint angles, speeds, accelerations and forces along a program, worst line first."""
+
+    def work(outcome: Outcome) -> None:
+        from .preflight import Asked, preflight_file
+
+        asked = Asked(planner, fix_feed, place, turn, out, force, seed)
+        preflight_file(file, machine, asked, quiet, outcome)
+
+    return finish("preflight", work, json, debug)
 
 
 @app.command(rich_help_panel="Simulate")

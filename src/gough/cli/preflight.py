@@ -1,0 +1,175 @@
+"""gough preflight: what a program asks of a machine, before metal is cut."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..errors import ExperimentError
+from ..experiment import SUFFIXES, load_experiment, nc_file
+from ..files import write_atomic
+from ..machine import sheet
+from ..plan import Preflight, fix_feed, place, preflight
+from ..plan.preflight import CARTESIAN, JOINTS
+from ..program.nc import NCProgram
+from ..results import results_folder
+from .end import Outcome, plain
+from .progress import preparing
+
+
+class Asked(NamedTuple):
+    """The options of the command line, as they were written."""
+
+    planner: str = CARTESIAN
+    fix: Path | None = None
+    place: bool = False
+    turn: bool = False
+    out: Path | None = None
+    force: bool = False
+    seed: int = 0
+
+
+def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, outcome: Outcome) -> None:
+    """Judge the program of a file; the status is "failed" where the machine cannot follow it.
+
+    Raises
+    ------
+    InputError
+        with every mistake of what was given.
+    WorkspaceError
+        no feed or no place helps.
+    """
+    if asked.planner not in (CARTESIAN, JOINTS):
+        raise ExperimentError(
+            "no such planner", key="--planner", value=asked.planner[:40], cure=f"write {CARTESIAN} or {JOINTS}"
+        )
+    if asked.turn and not asked.place:
+        raise ExperimentError("is for --place", key="--turn", cure="add --place")
+    if asked.planner == JOINTS and (asked.fix or asked.place):
+        cure = "leave --planner out: with the joints' limits in the planner no F needs to change"
+        raise ExperimentError("is for the cartesian planner", key="--fix-feed" if asked.fix else "--place", cure=cure)
+    known, program, path = loaded(file, machine)
+    if asked.fix is not None:
+        _check_target(asked.fix, path, program, asked.force)
+    # a folder that cannot be is refused before anything is written
+    with contextlib.nullcontext() if asked.out is None else results_folder(asked.out, asked.force) as folder:
+        found = _found(known, program, asked, path, quiet or outcome.as_json, outcome)
+        outcome.data.update(found.to_json())
+        if folder is not None:
+            write_atomic(folder / "preflight.json", json.dumps(plain(found.to_json()), indent=1) + "\n")
+            write_atomic(folder / "lines.csv", table(found))
+            outcome.data["folder"] = str(asked.out)
+    if not quiet and not outcome.as_json:
+        outcome.say(found)
+    if not found.passed:
+        outcome.data.update(status="failed", error=found.error().to_json())
+        if quiet:
+            count = found.exceeded
+            print(f"{path.name}: {count} limit{'s' * (count != 1)} exceeded", file=sys.stderr)
+
+
+def _found(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
+    """The verdict on the program: as it is, or at the best place, or with feeds that the joints can follow."""
+    if asked.place:
+        program = _placed(known, program, asked, path, quiet, outcome)
+    if asked.fix is not None:
+        return _fixed(known, program, asked.fix, path, quiet, outcome)
+    with preparing(path.name, quiet):
+        return preflight(known, program, asked.planner)
+
+
+def _check_target(target: Path, path: Path, program: Any, force: bool) -> None:
+    """Refuse to write over the original, or over another file without `force`."""
+    if not isinstance(program, NCProgram):
+        raise ExperimentError("only an NC program has feed words", key="--fix-feed", cure="give a .ngc file")
+    same = target.resolve() == path.resolve() or (target.exists() and target.samefile(path))
+    if path.suffix.lower() == ".toml":  # the program stands beside it
+        original = path.parent / program.name
+        same = same or (target.exists() and original.exists() and target.samefile(original))
+    if same:
+        raise ExperimentError(
+            "would overwrite the original program", key="--fix-feed", value=str(target), cure="choose another name"
+        )
+    if target.exists() and not force:
+        cure = "choose another name, or add --force"
+        raise ExperimentError("there is a file already", key="--fix-feed", file=str(target), cure=cure)
+
+
+def _fixed(known, program, target: Path, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
+    """Write the program with feeds that the joints can follow; what it asks for then."""
+    with preparing(path.name, quiet):
+        fixed = fix_feed(known, program)
+    write_atomic(target, fixed.program.text)
+    times = fixed.before.duration, fixed.after.duration
+    outcome.data["fixed"] = {
+        "file": str(target), "before": times[0], "after": times[1],
+        "lines": [change._asdict() for change in fixed.changes], "note": fixed.note,
+    }  # fmt: skip
+    if not quiet:
+        count = len(fixed.changes)
+        lines = "no line" if not count else "1 line" if count == 1 else f"{count} lines"
+        outcome.say(
+            f"{target} is written: {lines} of {path.name} changed; {times[0]:.2f} s before, {times[1]:.2f} s now",
+            *([] if fixed.note is None else [f"note: {fixed.note}"]),
+        )
+    return fixed.after
+
+
+def _placed(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Any:
+    """The program at the place with the greatest least margin."""
+    with preparing(path.name, quiet):
+        found = place(known, program, asked.turn, asked.fix is not None, asked.seed)
+    words = found.words(known)
+    outcome.data["place"] = {
+        "origin": found.origin.tolist(), "margin": found.margin, "before": found.before, "joint": found.joint,
+        "what": found.what, "line": found.line, "table": found.table, "words": words,
+    }  # fmt: skip
+    if not quiet:
+        outcome.say(
+            f"least margin {found.margin:.3f} (0 at a limit; {found.before:.3f} where it was), of {found.joint}: "
+            f"{found.what}, line {found.line}",
+            f"in the [program] table of an experiment:  {found.table}",
+            *([] if words is None else [f"on a controller whose machine zero is home:  {words}"]),
+            "",
+        )
+    return program.replace(origin=found.origin)
+
+
+def loaded(file: Path, machine: str | None) -> tuple[Any, Any, Path]:
+    """Machine and program of an NC program, or of an experiment; and the file's path.
+
+    Raises
+    ------
+    InputError
+        with every mistake.
+    """
+    from ..program import load_program
+
+    path = nc_file(file)
+    if path.suffix.lower() == ".toml":
+        experiment = load_experiment(path, machine)
+        return experiment.machine, experiment.program, path
+    if path.suffix.lower() not in SUFFIXES:
+        raise ExperimentError(
+            "is no program", file=str(path), cure=f"give an NC program ({', '.join(SUFFIXES)}) or an experiment (.toml)"
+        )
+    if machine is None:
+        cure = f"give one of {', '.join(sheet.library())}, or a data sheet (.toml)"
+        raise ExperimentError("is missing", key="--machine", cure=cure)
+    return sheet.load_machine(machine), load_program(path), path
+
+
+def table(found: Preflight) -> str:
+    """Every line of the program with the limit that it comes nearest to, as CSV."""
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(["line", "use", "joint", "limit", "t_s"])
+    seen = found.found
+    for line, use, column, t in zip(seen.lines, seen.use, seen.column, seen.time, strict=True):
+        out.writerow([int(line), f"{use:.6g}", *found.demand.name(int(column)), f"{t:.6g}"])
+    return text.getvalue()
