@@ -55,6 +55,8 @@ def resolved(experiment: Experiment) -> dict[str, str]:
     tables["controller"] = [{"kind": kind, **law.to_file()} for kind, law in experiment.controllers]
     if experiment.observer is not None:
         tables["observer"] = experiment.observer.to_file()
+    if experiment.compensation is not None:
+        tables["compensation"] = experiment.compensation.to_file()
     tables["run"] = experiment.run.to_file()
     head = (
         f"# Repeats the run of {experiment.document.path.name!a}: gough run {NAME}\n# Written by gough {__version__}.\n"
