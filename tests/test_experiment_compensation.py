@@ -66,7 +66,7 @@ def test_the_table_becomes_the_compensation_of_the_run(tmp_path):
         ('height = "18 mm"', 'height = "0 mm"', LINE + 1, "compensation.height: must be above 0 m"),
         ('"20 mm"]\n', '"4 mm"]\n', LINE + 2, "compensation.air: must go from a place to one behind it"),
         ('"20 mm"]\n', '"20 N"]\n', LINE + 2, "compensation.air"),
-        ('"okuma-pm600"\n"limits.cone" = "70 deg"', '"ccu-3prs"', LINE + 4, "machine: only a machine with six freedoms can lean"),
+        ('"okuma-pm600"\n"limits.cone" = "70 deg"', '"ccu-3prs"', LINE + 4, "machine: only a machine with six"),
         ('\n[observer]\nkind = "disturbance"\nbandwidth = "10 Hz"\n', "", LINE, "compensation: needs an observer of"),
     ],
 )

@@ -8,13 +8,14 @@ Force and displacement of the tip stand in the frame C of force.py, x along the 
     H(f)   = H_m(f) + H_t(f) 1                          the tool's own bending in series                            (3)
 
 of which lobes.py makes the border of stability.  (1) is right above the bandwidth of the servos only, below it a free
-mass would seem to shake at any depth; (2) forgets what servos give way.  H_t is the first bending mode of the round bar
+mass would seem to shake at any depth; (2) forgets that servos give way: what a law makes of it stands between, and
+simulate/receptance.py tells.  H_t is the first bending mode of the round bar
 of deflection.py, eq. (2), clamped and free, L its free length, A = pi (`core` D)^2 / 4:
 
     w_1 = 1.8751^2 sqrt(E I / (rho A L^4)),   H_t = (4 / (rho A L)) / (w_1^2 - w^2 + 2 i zeta w_1 w)                (4)
 
-(its modal mass at the tip is a quarter of the bar's; statically it is 0.971 of L^3 / 3 E I).  (3) takes the tool as light
-against what holds it.
+(its modal mass at the tip is a quarter of the bar's; statically it is 0.971 of L^3 / 3 E I).  (3) takes the tool as
+light against what holds it.
 """
 
 from __future__ import annotations
@@ -105,12 +106,11 @@ def tip_modes(flexible, x, feed, tool=None, tool_damping: float = 0.02) -> Modes
     return Modes(*(np.concatenate(pair, -1) for pair in zip(found, own, strict=True)))
 
 
-def tip_response(
-    flexible, x, frequency, feed, joints: str = "held", tool=None, tool_damping: float = 0.02
-) -> TipResponse:
+def tip_response(flexible, x, frequency, feed, joints="held", tool=None, tool_damping: float = 0.02) -> TipResponse:
     """H of eq. (3) at the pose x (d,) of a machine's `flexible()`, at frequencies (n,) Hz above 0.
 
-    `joints` "held" is eq. (2), "free" eq. (1); `tool`, an EndMill with a length, bends in series.
+    `joints` "held" is eq. (2), "free" eq. (1); or a function of (machine, x, frequencies) -> (n, 6, 6), as of a law:
+    lambda m, x, f: receptance(m, law, f, x).  `tool`, an EndMill with a length, bends in series.
 
     Raises
     ------
@@ -118,19 +118,22 @@ def tip_response(
         frequencies not above 0, a feed along the tool, no such state of the joints.
     """
     e = across(flexible, x, feed)
-    if joints == "free":
-        H = e.T @ flexible.frequency_response(x, frequency, source="tool", to="tool")[:, :3, :3] @ e
+    if callable(joints):
+        G = joints(flexible, x, frequency)
+    elif joints == "free":
+        G = flexible.frequency_response(x, frequency, source="tool", to="tool")
     elif joints == "held":
-        H = e.T @ vibration.held_response(flexible, x, frequency)[:, :3, :3] @ e
+        G = vibration.held_response(flexible, x, frequency)
     else:
-        raise ExperimentError('must be "held" or "free"', key="joints", value=brief(joints))
+        raise ExperimentError('must be "held", "free" or a function', key="joints", value=brief(joints))
+    H = e.T @ G[:, :3, :3] @ e
     if tool is not None and tool.extension is not None:
         H = H + tool_mode(tool, tool_damping).response(frequency)
     return TipResponse(np.asarray(frequency, float), H)
 
 
 def lobes_at(
-    flexible, x, cutting: Cutting, feed, frequency=None, radial: float | None = None, joints: str = "held"
+    flexible, x, cutting: Cutting, feed, frequency=None, radial: float | None = None, joints="held"
 ) -> Lobes:
     """The border of stability of a cut at the pose x (d,), its feed along `feed` (3,) in W.
 
@@ -157,7 +160,7 @@ def engaged(cutting: Cutting, radial: float | None = None) -> tuple[float, float
 
 
 def depth_map(
-    flexible, poses, cutting: Cutting, feed, radial: float | None = None, joints: str = "held"
+    flexible, poses, cutting: Cutting, feed, radial: float | None = None, joints="held"
 ) -> dict[str, np.ndarray]:
     """Chatter-free axial depths at poses (N, d); NaN where the machine cannot stand.
 

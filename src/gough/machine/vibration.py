@@ -104,7 +104,7 @@ def frequency_response(machine, x, frequencies, source: str = "motor", to: str =
     for key, value, known in (("source", source, _SOURCES), ("to", to, _TARGETS)):
         if value not in known:
             raise ExperimentError(f'must be "{known[0]}" or "{known[1]}"', key=key, value=brief(value))
-    f = _frequencies(frequencies)
+    f = frequencies_of(frequencies)
     one = small_motions(machine, x, wrench)
     pushed = one.J.T if source == "motor" else one.W
     shown = one.Q if to == "encoder" else one.W.T
@@ -120,7 +120,7 @@ def held_response(machine, x, frequencies, wrench=None) -> np.ndarray:
     ExperimentError
         frequencies not above 0.
     """
-    f = _frequencies(frequencies)
+    f = frequencies_of(frequencies)
     one = small_motions(machine, x, wrench)
     N = unmoved(one.J)
     M, D, K, W = N.T @ one.M @ N, N.T @ one.D @ N, N.T @ one.K @ N, N.T @ one.W
@@ -128,7 +128,8 @@ def held_response(machine, x, frequencies, wrench=None) -> np.ndarray:
     return W.T @ np.linalg.solve(s * s * M + s * D + K, np.broadcast_to(W, (len(f), *W.shape)))
 
 
-def _frequencies(frequencies) -> np.ndarray:
+def frequencies_of(frequencies) -> np.ndarray:
+    """Frequencies (k,) Hz as numbers above 0; ExperimentError else."""
     f = np.asarray(frequencies, float)
     if f.ndim != 1 or not (np.isfinite(f) & (f > 0)).all():
         raise ExperimentError(
