@@ -30,11 +30,13 @@ FLOORS = [
     {"measure"},
     {"log"},
     {"simulate"},
-    {"identify"},
+    {"identify", "plan"},
     {"report", "export"},
     {"monitor", "identify"},
     {"study"},
     {"experiment"},
+    {"sweep"},
+    {"tune", "linuxcnc", "view"},
     {"cli"},
 ]
 FLOOR = {name: level for level, names in enumerate(FLOORS) for name in names}
