@@ -45,6 +45,8 @@ class Changed(NamedTuple):
     now: list[str]
     tilt: float  # rad, the greatest on it
     shift: float  # m
+    first: float  # m of the path as it was: where its move begins
+    last: float
 
 
 class Rewritten(NamedTuple):
@@ -104,7 +106,7 @@ def rewritten(program: NCProgram, s, tilt, height: float, shift=None) -> Rewritt
         exact = path.tolerance[i] <= 0 and len(now) > 1
         if exact:  # else the tool would stop at every new corner, and cut free there
             now = [f"G64 P{_text(1e3 * ROUND, 4)}", *now, "G61" if path.tolerance[i] == 0 else "G61.1"]
-        changes.append(Changed(number, text.strip(), now, most, back))
+        changes.append(Changed(number, text.strip(), now, most, back, meant.first_s(i), meant.end_s(i)))
         out += [f"; was: {text.strip()}", *now]
     return Rewritten(_read_back(program, "\n".join(out) + "\n", ends), changes)
 
@@ -125,6 +127,9 @@ class _Meant:
 
     def leans_at(self, s: float) -> bool:
         return any(float(part) != 0 for part in self.command_at(s))
+
+    def first_s(self, i) -> float:
+        return float(self.path.s0[i])
 
     def end_s(self, i) -> float:
         return float(self.path.s0[i + 1])
