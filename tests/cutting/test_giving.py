@@ -119,5 +119,7 @@ def test_a_machine_that_says_nothing_of_its_joints_cannot_tell_what_it_gives(gou
     asked = ["compensate", part, "--log", part.parent / "run.nc", "-m", bare, "--height", "18 mm"]
     done = gough(*asked, "--flexible")
     assert done.status == 2
-    assert "--flexible: okuma-pm600 has no [[compliance]]: nothing in it gives way; give [[compliance]] with" in done.err
+    assert (
+        "--flexible: okuma-pm600 has no [[compliance]]: nothing in it gives way; give [[compliance]] with" in done.err
+    )
     assert not (part.parent / "part-compensated.ngc").exists()

@@ -1,4 +1,4 @@
-"""Chatter on a machine that gives way: the response from two sides, limit cases, and the loop that shakes or does not."""
+"""Chatter on a machine that gives way: responses from two sides, limit cases, the loop that shakes or does not."""
 
 from __future__ import annotations
 
@@ -99,9 +99,14 @@ def test_a_simulated_cut_under_a_law_shakes_above_the_border_of_its_loop_and_not
     spread = []
     for k in (0.7, 1.4):
         program = gk.Line(begin=[0, 0.02, 0], to=[0, 0, 0], feed=0.01, settle=0.05)
-        log = gk.simulate(machine, law, program, gk.Plant(machine=machine, flexible=True, cutting=slot(k * limit, speed)))
+        log = gk.simulate(
+            machine, law, program, gk.Plant(machine=machine, flexible=True, cutting=slot(k * limit, speed))
+        )
         assert not log.failed, log.reason
-        x, early, late = log["x"][:, 0], *((log["s_r"] > a) & (log["s_r"] < b) for a, b in ((4e-3, 7e-3), (15e-3, 18e-3)))
+        x, early, late = (
+            log["x"][:, 0],
+            *((log["s_r"] > a) & (log["s_r"] < b) for a, b in ((4e-3, 7e-3), (15e-3, 18e-3))),
+        )
         spread.append((np.std(x[early]), np.std(x[late])))
     (stable_early, stable_late), (early, late) = spread
     assert stable_late < stable_early / 2

@@ -12,7 +12,6 @@ from ..cutting.compensation import command
 from ..cutting.deflection import Leaning
 from ..cutting.giving import Giving
 from ..cutting.profile import Profile, profile_of, thinned
-from ..cutting.recorded import felt
 from ..cutting.rewrite import Changed, rewritten
 from ..errors import ExperimentError, LogError
 from ..files import write_atomic
@@ -20,6 +19,7 @@ from ..log import Log
 from ..log.outside import load_map
 from ..log.outside.whole import load as load_record
 from ..machine.sheet import load_machine
+from ..monitor.along import felt
 from ..program import load_program
 from ..simulate.reach import check_motion
 from ..units import to_si

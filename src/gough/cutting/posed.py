@@ -132,9 +132,7 @@ def tip_response(flexible, x, frequency, feed, joints="held", tool=None, tool_da
     return TipResponse(np.asarray(frequency, float), H)
 
 
-def lobes_at(
-    flexible, x, cutting: Cutting, feed, frequency=None, radial: float | None = None, joints="held"
-) -> Lobes:
+def lobes_at(flexible, x, cutting: Cutting, feed, frequency=None, radial: float | None = None, joints="held") -> Lobes:
     """The border of stability of a cut at the pose x (d,), its feed along `feed` (3,) in W.
 
     `frequency` (n,) Hz is where chatter is looked for: by default up to twice the highest mode that carries the tip,

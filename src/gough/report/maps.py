@@ -115,6 +115,6 @@ def _drawn(ax, flexible, poses, values, told, unit, worst_of) -> Any:
     ax.plot(x[place[1]], y[place[0]], "o", markersize=5, markerfacecolor="none", markeredgecolor="white")
     z = 1e3 * poses[place][2]
     word = "most" if worst_of is np.nanargmax else "least"
-    style.label(ax, f"{flexible.name} at z = {z:g} mm: {word} {worst:.3g} {unit} (o)", "x [mm]", "y [mm]")
+    style.label(ax, f"{flexible.name} at z = {z:g} mm: {word} {worst:.4g} {unit} (o)", "x [mm]", "y [mm]")
     ax.set_aspect("equal")
     return ax

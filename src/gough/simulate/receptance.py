@@ -6,7 +6,7 @@ With s[k+1] = A s[k] + B_w w[k], d[k] = C s[k] of loop.py, a sample T, w the wre
     H_s(f) = C (z - A)^-1 B_w / Z(f),   z = exp(i w T),   Z(f) = (1 - exp(-i w T)) / (i w T)                        (1)
     H(f)   = G(f) + H_s(f) - G_s(f)                                                                                 (2)
 
-Z is what holding a force over a sample makes of it.  G is the free machine's response, eq. (15) of machine/vibration.py,
+Z is what holding a force over a sample makes of it.  G is a free machine's response, eq. (15) of machine/vibration.py,
 and G_s the same seen through samples as (1) sees it, from exp(A_c T): what sampling by itself feigns goes out, and of
 the servo is left out only what it answers at other frequencies than it is asked at, f + n / T.  From `SHARE` / T on the
 joints are taken as free: no sampled law holds anything there.  Below `LOW` / T, where G and G_s are large and alike, H
@@ -74,7 +74,5 @@ def _sampled(small, turn, T):
     whole[m : 2 * m] = np.linalg.solve(small.M, np.hstack([-small.K, -small.D, small.W]))
     step = expm(T * whole)
     A, B = step[: 2 * m, : 2 * m], step[: 2 * m, 2 * m :]
-    inner = np.linalg.solve(
-        np.exp(turn)[:, None, None] * np.eye(2 * m) - A, np.broadcast_to(B, (len(turn), *B.shape))
-    )
+    inner = np.linalg.solve(np.exp(turn)[:, None, None] * np.eye(2 * m) - A, np.broadcast_to(B, (len(turn), *B.shape)))
     return small.W.T @ inner[:, :m] / _held(turn)[:, None, None]
