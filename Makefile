@@ -1,13 +1,14 @@
 # make demo    makes .venv, installs gough, runs the main example, says where the report is
 # make test    the tests; make check: lint and the quick tests; make test-all: with the long campaigns
 # make bench   timings beside CasADi's interpreter, written to docs/performance.md
+# make docs    the documentation, every page carried out first: docs/_build/index.html
 # make mutate  one planted sign error at a time: which test sees it, written to docs/mutation.md
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= $(shell nproc)
 
-.PHONY: demo test check test-all bench mutate lint clean
+.PHONY: demo test check test-all bench mutate docs lint clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -42,5 +43,9 @@ bench: $(VENV)/developed
 mutate: $(VENV)/developed
 	$(BIN)/python tools/mutate.py --workers $(WORKERS)
 
+docs: $(VENV)/developed
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build
+	@echo "docs/_build/index.html"
+
 clean:
-	rm -rf $(VENV) results
+	rm -rf $(VENV) results docs/_build

@@ -52,6 +52,8 @@ _PUBLIC = {
     "InputError": "errors",
     "RunError": "errors",
 }
+# found by their names too, but not listed: thirty names are what a reader can hold
+_BESIDE = {"envelope": "plan.envelope"}
 _VERBS = ("simulate", "measure", "identify", "report", "monitor", "export")  # packages that are also called
 
 __all__ = [*_PUBLIC]
@@ -91,9 +93,10 @@ class _Gough(ModuleType):
 def __getattr__(name: str) -> Any:
     if name in _VERBS:
         return import_module(f".{name}", __name__)
-    if name not in _PUBLIC:
+    module = _PUBLIC.get(name) or _BESIDE.get(name)
+    if module is None:
         raise AttributeError(f"module 'gough' has no attribute {name!r}")
-    found = getattr(import_module(f".{_PUBLIC[name]}", __name__), name)
+    found = getattr(import_module(f".{module}", __name__), name)
     globals()[name] = found
     return found
 

@@ -3,10 +3,13 @@
     gough run FILE       simulate an experiment or an NC program, write logs and a report
     gough check FILE     find every mistake of an experiment, a data sheet or an NC program
     gough report LOG...  the report of logs that are there
+    gough view RESULT    the machine moving along a run, in the browser
     gough monitor LOG    the force on the tool out of a recorded log
     gough compensate P   an NC program again, its tool leaning against the force that a log of it shows
     gough identify LOG   what a log says of a machine's parameters
     gough reproduce P    a published experiment again, and its claims held against ours
+    gough map M          what a machine can do over its workspace
+    gough envelope M     how far from a pose in every direction
     gough export M       a machine for another program
     gough machines, show, new
 
@@ -32,7 +35,6 @@ app = typer.Typer(
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
     epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -128,6 +130,31 @@ def report(
         report_logs(logs, out, force, quiet or json, outcome)
 
     return finish("report", work, json, debug)
+
+
+@app.command(rich_help_panel="Simulate")
+def view(
+    result: Annotated[list[Path], typer.Argument(help="Results folders, or logs (.nc) in them.")],
+    export: Annotated[
+        Path | None, typer.Option("--export", help="Write a page that plays from disk instead, e.g. scene.html.")
+    ] = None,
+    magnify: Annotated[
+        float | None, typer.Option("--magnify", help="How many times as large deviations are drawn.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of 127.0.0.1; 0 is any.")] = 8080,
+    browse: Annotated[bool, typer.Option("--open", help="Open the browser.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the page.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """The machine moving along a run, in the browser."""
+
+    def work(outcome: Outcome) -> None:
+        from .view import view_files
+
+        view_files(result, export, magnify, port, browse, force, outcome)
+
+    return finish("view", work, json, debug)
 
 
 @app.command(rich_help_panel="Logs")
@@ -307,17 +334,82 @@ def show(
         str,
         typer.Argument(help="A machine or NC program (.ngc), by name or file; or an experiment.", metavar="NAME|FILE"),
     ],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the drawing of a machine as PNG into this file instead.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
     debug: Debug = False,
 ) -> int:
-    """Show a machine: every number with its unit, meaning and source.  Or a program: every move it comes to."""
+    """Show a machine: its drawing, every number with its unit, meaning and source.  Or a program: all its moves."""
 
     def work(outcome: Outcome) -> None:
         from .show import show_anything
 
-        show_anything(what, outcome)
+        show_anything(what, outcome, out, force)
 
     return finish("show", work, json, debug)
+
+
+@app.command("map", rich_help_panel="Machines")
+def map_(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    what: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--what",
+            help="workspace, dexterity, feed, acceleration, force, gravity or stiffness; several by commas.  "
+            "[default: workspace]",
+        ),
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option("--over", help='Coordinates that run, as "x,y" or "a,b" or "x=-50 mm..50 mm,y".  [default: x,y]'),
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", help='Where the others stand, as "z=50 mm"; may be repeated.')
+    ] = None,
+    points: Annotated[str, typer.Option("--points", help="Of each coordinate that runs; or one number each.")] = "41",
+    out: Out = None,
+    force: Force = False,
+    json: Json = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> int:
+    """Map a machine over its workspace: NetCDF, figures, and where it is worst."""
+
+    def work(outcome: Outcome) -> None:
+        from .map import map_machine
+
+        map_machine(machine, what or ["workspace"], over, at or (), points, out, force, quiet, outcome)
+
+    return finish("map", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
+def envelope(
+    machine: Annotated[str, typer.Argument(help="A library machine or a data sheet (.toml).", metavar="MACHINE")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", help='The pose, as "x=50 mm,z=-20 mm,a=5 deg"; what is not said is as at home.'),
+    ] = None,
+    wrench: Annotated[
+        str | None, typer.Option("--wrench", help='On the tool, in W, as "0 N,0 N,-500 N"; the drives hold it, too.')
+    ] = None,
+    workspace: Annotated[bool, typer.Option("--workspace", help="The declared workspace is a limit, too.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="A file for the figure: .png, .svg or .pdf.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """How far from a pose, along each coordinate and in every direction, and what ends it."""
+
+    def work(outcome: Outcome) -> None:
+        from .envelope import envelope_of
+
+        envelope_of(machine, at or (), wrench, workspace, out, force, outcome)
+
+    return finish("envelope", work, json, debug)
 
 
 @app.command(rich_help_panel="Machines")
@@ -344,8 +436,29 @@ def export(
 
 
 @app.command(rich_help_panel="Machines")
+def explain(
+    code: Annotated[
+        str | None, typer.Argument(help="The code of an error, as --json gives it; all where left out.", metavar="CODE")
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> int:
+    """What an error means, why it comes, and what to do."""
+
+    def work(outcome: Outcome) -> None:
+        from .explain import explain as tell_of
+
+        tell_of(code, outcome)
+
+    return finish("explain", work, json, debug)
+
+
+@app.command(rich_help_panel="Machines")
 def new(
-    what: Annotated[str, typer.Argument(help="machine, experiment or map.", metavar="machine|experiment|map")],
+    what: Annotated[
+        str,
+        typer.Argument(help="machine, controller, experiment or map.", metavar="machine|controller|experiment|map"),
+    ],
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The file to write.  [default: stdout]")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     json: Json = False,
@@ -371,7 +484,7 @@ def main(arguments: list[str] | None = None) -> None:
     def call(_outcome: Outcome) -> int:
         return app(arguments, prog_name="gough", standalone_mode=False)
 
-    known = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    known = {command.callback.__name__.rstrip("_") for command in app.registered_commands if command.callback}
     name = next((word for word in arguments if word in known), "arguments")
     sys.exit(finish(name, call, "--json" in arguments, "--debug" in arguments, inner=True))
 

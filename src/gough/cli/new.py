@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..errors import ExperimentError, did_you_mean
 from .end import Outcome, deliver
+from .new_law import CONTROLLER
 
 MACHINE = """\
 # A hexapod of one's own: six struts between a base and a platform that carries the tool.
@@ -251,7 +252,7 @@ factor  = "0.6 N m"              # what 1 A makes: the motor's torque constant; 
 # friction = ["coulomb", "viscous"]     # also "offset"; "base_torque" of a hexapod
 """
 
-TEMPLATES = {"machine": MACHINE, "experiment": EXPERIMENT, "map": MAP}
+TEMPLATES = {"machine": MACHINE, "controller": CONTROLLER, "experiment": EXPERIMENT, "map": MAP}
 
 
 def write_template(what: str, out: Path | None, force: bool, outcome: Outcome) -> None:
@@ -261,4 +262,5 @@ def write_template(what: str, out: Path | None, force: bool, outcome: Outcome) -
             "nothing of this name to start from", value=ascii(what), cure=did_you_mean(what, TEMPLATES)
         )
     if deliver(TEMPLATES[what], out, force, outcome):
-        outcome.say(f"{out} is written; next: gough check {out}")
+        after = "python" if what == "controller" else "gough check"
+        outcome.say(f"{out} is written; next: {after} {out}")

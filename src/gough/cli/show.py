@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import SheetError
-from ..files import Document, read_toml
+from ..errors import ExperimentError, SheetError
+from ..files import Document, read_toml, write_atomic
 from ..machine.sheet import find, library, machine_of, source_of
 from ..units import show
 from .end import Outcome
@@ -39,18 +40,26 @@ def _about(text: str) -> str:
     return first.removeprefix("#").strip() if first.startswith("#") else ""
 
 
-def show_anything(name: str, outcome: Outcome) -> None:
-    """A machine, the NC program of a file or of gough's library, or the program of an experiment."""
+def show_anything(name: str, outcome: Outcome, out: Path | None = None, force: bool = False) -> None:
+    """A machine, the NC program of a file or of gough's library, or the program of an experiment.
+
+    Raises
+    ------
+    ExperimentError
+        a drawing of what is no machine; a file that is there.
+    """
     from ..experiment import SUFFIXES, load_experiment, nc_file
     from ..program import load_program
 
     path = nc_file(name)
+    if out is not None and (path.suffix.lower() in SUFFIXES or _is_experiment(path)):
+        raise ExperimentError("only machines are drawn", key="--out", value=name, cure="gough run draws the path")
     if path.suffix.lower() in SUFFIXES:
         show_program(path.name, lambda: load_program(path), outcome)
     elif _is_experiment(path):
         show_program(path.name, lambda: load_experiment(path).program, outcome)
     else:
-        show_machine(name, outcome)
+        show_machine(name, outcome, out, force)
 
 
 def _is_experiment(path: Path) -> bool:
@@ -60,11 +69,14 @@ def _is_experiment(path: Path) -> bool:
     return isinstance(schema, str) and schema.startswith("gough-experiment")
 
 
-def show_machine(name: str, outcome: Outcome) -> None:
-    """Every number of a machine with unit, meaning and source."""
+def show_machine(name: str, outcome: Outcome, out: Path | None = None, force: bool = False) -> None:
+    """A drawing of a machine, and every number with unit, meaning and source; or the drawing as PNG into `out`."""
     path = find(name)
     document = read_toml(path, SheetError)
     machine = machine_of(document)
+    if out is not None:
+        _draw(machine, out, force, outcome)
+        return
     sources = document.data.get("source", {})
     rows = [
         {"key": key, "value": value, "unit": unit, "meaning": meaning, "source": source_of(key, sources)}
@@ -74,6 +86,10 @@ def show_machine(name: str, outcome: Outcome) -> None:
     if outcome.as_json:
         return
     outcome.say(f"{machine.name}  ({machine.kind})  {path}", _about(document.text), "")
+    if (sys.stdout.encoding or "").lower().replace("-", "") == "utf8":
+        from ..report.sketch import sketch
+
+        outcome.say(sketch(machine), "")
     width = max(len(row["key"]) for row in rows)
     for row in rows:
         first, *more = _shown(row["value"], row["unit"])
@@ -81,6 +97,22 @@ def show_machine(name: str, outcome: Outcome) -> None:
         outcome.say(*(f"{'':{width}}  {line}" for line in more))
         if row["source"]:
             outcome.say(f"{'':{width}}  {'':24}  - {row['source']}")
+
+
+def _draw(machine, out: Path, force: bool, outcome: Outcome) -> None:
+    """Write the machine's drawing as PNG."""
+    import io
+
+    from ..report.sketch import machine_figure
+
+    if out.exists() and not force:
+        raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
+    data = io.BytesIO()
+    machine_figure(machine).savefig(data, format="png", dpi=130)
+    write_atomic(out, data.getvalue())
+    outcome.data["file"] = str(out)
+    if not outcome.as_json:
+        outcome.say(f"drawing: {out}")
 
 
 def show_program(name: str, load: Callable[[], Program], outcome: Outcome) -> None:

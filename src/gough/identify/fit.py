@@ -154,12 +154,14 @@ def identify(
 ) -> Fit:
     """What a log's motion and forces (q_m, u) say of the parameters of `machine`; of several logs all of them together.
 
-    free      the parameters sought, by name or by what a name begins with ("platform", "friction.coulomb"); else all.
-              The others are the sheet's
-    friction  its kinds that have a number for every joint: coulomb, viscous, offset, base_torque (a torque in each base
-              joint of a hexapod); "known" takes the log's own off
-    cutoff    of the low-pass filter, Hz; None: none
-    hold      s for which a row's force is held; else what the log tells
+    Parameters
+    ----------
+    free : the parameters sought, by name or by what a name begins with ("platform", "friction.coulomb"); else all.
+        The others are the sheet's.
+    friction : its kinds that have a number for every joint: coulomb, viscous, offset, base_torque (a torque in each
+        base joint of a hexapod); "known" takes the log's own off.
+    cutoff : of the low-pass filter, Hz; None: none.
+    hold : s for which a row's force is held; else what the log tells.
 
     Raises
     ------

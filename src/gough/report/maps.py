@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import ExperimentError, did_you_mean
 from ..machine.vibration import stiffness_map
+from ..plan.grid import grid_of, middle_of
 from . import style
 
 # name: (what is shown, unit, factor from SI, which of `stiffness_map` by the direction)
@@ -39,12 +40,8 @@ def grid(machine, height: float | None = None, points: int = 21) -> np.ndarray:
     space, home = machine.limits.workspace, np.asarray(machine.home)
     if space is None or len(home) < 3:
         raise ExperimentError("a map needs a declared workspace", key="limits.workspace", value=machine.name)
-    middle = home[:3] + (0 if space.middle is None else space.middle)
-    half = [space.radius] * 2 if space.size is None else space.size / 2
-    x, y = (np.linspace(middle[i] - half[i], middle[i] + half[i], points) for i in range(2))
-    poses = np.tile(home, (points, points, 1))
-    poses[..., 0], poses[..., 1] = np.meshgrid(x, y)
-    poses[..., 2] = middle[2] if height is None else height
+    found, middle = grid_of(machine, ("x", "y"), {} if height is None else {"z": height}, points), middle_of(machine)
+    poses = found.poses(0, found.count).reshape(points, points, -1).swapaxes(0, 1).copy()
     if space.size is None:  # what is outside the cylinder is no pose of the workspace
         poses[np.hypot(poses[..., 0] - middle[0], poses[..., 1] - middle[1]) > space.radius * (1 + 1e-9)] = np.nan
     return poses

@@ -15,6 +15,7 @@ from .style import COLOURS
 from .table import heads, report_table, where
 
 MOST_CIRCLES = 12
+SCENE = "<!-- scene -->"  # where `gough view --export` puts its link
 
 # as the meters of gough.measure take them
 TERMS = {
@@ -142,8 +143,11 @@ def _machine(logs: list[Log], _names: list[str], charts: dict[str, dict]) -> Sec
     if chart is None:
         return None
     charts["machine"] = chart
-    note = "At its home pose, with the tool path. Drag to turn, scroll to come nearer."
-    return Section("machine", "The machine", _note(note) + _box("machine", 560))
+    note = (
+        "At its home pose, with the tool path. Drag to turn, scroll to come nearer. Moving along the run: <code>gough"
+    )
+    note += " view</code> with this folder."
+    return Section("machine", "The machine", _note(note) + SCENE + _box("machine", 560))
 
 
 def _top(log: Log) -> float:

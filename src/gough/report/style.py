@@ -34,15 +34,15 @@ def new_panels(rows: int, size: tuple[float, float] | None = None) -> list[Any]:
     return [row[0] for row in new_grid(rows, 1, size)]
 
 
-def new_grid(rows: int, columns: int, size: tuple[float, float] | None = None) -> list[list[Any]]:
-    """Axes of a new figure in rows and columns: one y for all, one x for each column; as `new_axes`."""
+def new_grid(rows: int, columns: int, size: tuple[float, float] | None = None, shared: bool = True) -> list[list[Any]]:
+    """Axes of a new figure in rows and columns; `shared`: one y for all, one x for each column; as `new_axes`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     style = _style()
     figure = Figure(figsize=size or style["figure.figsize"], facecolor=style["figure.facecolor"], layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(rows, columns, sharex="col", sharey=True, squeeze=False)
+    panels = figure.subplots(rows, columns, sharex="col" if shared else False, sharey=shared, squeeze=False)
     for ax in panels.flat:
         ax.set_prop_cycle(style["axes.prop_cycle"])
         for side in ("top", "right"):

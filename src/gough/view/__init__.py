@@ -1,0 +1,1 @@
+"""The machine moving along a run, in the browser."""
