@@ -58,7 +58,9 @@ def test_json_tells_force_tilt_and_shift_of_every_line(gough, part, logs):
 
 
 def test_the_original_is_never_overwritten(gough, part, logs):
-    for target in (part, part.parent / "." / "part.ngc"):
+    link = part.with_name("linked.ngc")
+    link.hardlink_to(part)
+    for target in (part, part.parent / "." / "part.ngc", link):
         done = gough("compensate", part, "--log", logs / "cut.nc", *ASKED, "-o", target, "--force")
         assert done.status == 2
         assert "--out: would overwrite the original program" in done.err
