@@ -58,7 +58,9 @@ def test_json_tells_force_tilt_and_shift_of_every_line(gough, part, logs):
 
 
 def test_the_original_is_never_overwritten(gough, part, logs):
-    for target in (part, part.parent / "." / "part.ngc"):
+    link = part.with_name("linked.ngc")
+    link.hardlink_to(part)
+    for target in (part, part.parent / "." / "part.ngc", link):
         done = gough("compensate", part, "--log", logs / "cut.nc", *ASKED, "-o", target, "--force")
         assert done.status == 2
         assert "--out: would overwrite the original program" in done.err
@@ -89,6 +91,60 @@ def test_a_correction_that_leaves_the_limits_is_told_with_line_and_amount(gough,
     assert done.status == 1
     assert "NC line " in done.err and "beyond its cone" in done.err and "(limit 45 deg)" in done.err
     assert not part.with_name("part-compensated.ngc").exists()
+
+
+MAP = """schema = "gough-log-map-1"
+[time]
+period = "1 ms"
+[joints]
+columns = ["q1", "q2", "q3", "q4", "q5", "q6"]
+unit = "mm"
+[forces]
+columns = ["u1", "u2", "u3", "u4", "u5", "u6"]
+unit = "N"
+"""
+
+
+@pytest.fixture
+def recorded(logs, write):
+    """What a control would have recorded of the run: readings and forces, and nothing of a program."""
+
+    def wrote(name="cut.csv", source="cut.nc", rows=slice(None)):
+        log = gk.Log.load(logs / source)
+        head = ",".join([f"q{i}" for i in range(1, 7)] + [f"u{i}" for i in range(1, 7)])
+        table = np.concatenate([1e3 * log["q_m"], log["u"]], 1)[rows]
+        return write(name, "\n".join([head, *(",".join(f"{x:.7f}" for x in row) for row in table)]) + "\n")
+
+    write("map.toml", MAP)
+    return wrote
+
+
+def test_a_log_that_a_control_recorded_leads_to_the_same_program(gough, part, logs, recorded):
+    own = gough("compensate", part, "--log", logs / "cut.nc", *ASKED, "-o", "own.ngc", "--json").json
+    given = ["--map", "map.toml", "-m", "okuma-pm600"]
+    outside = gough("compensate", part, "--log", recorded(), *given, *ASKED, "-o", "outside.ngc", "--json").json
+    (a,), (b,) = own["lines"], outside["lines"]
+    assert b["line"] == 4
+    # the command believes the sheet's friction, 8 N a strut; the run had none: little of it acts across the feed
+    assert abs(a["force"] - b["force"]) < 5
+    assert abs(a["tilt"] - b["tilt"]) < np.radians(0.008)
+
+
+def test_a_recorded_log_of_another_part_or_an_end_cut_off_is_refused(gough, part, write, recorded):
+    given = ["--map", "map.toml", "-m", "okuma-pm600", *ASKED]
+    half = gough("compensate", part, "--log", recorded("half.csv", rows=slice(0, 600)), *given)
+    assert half.status == 2
+    assert "half.csv: the tool leaves this program's path, or the log ends before it, got" in half.err
+    assert "(limit 90 mm); is it the log of this program?" in half.err
+    other = write("other.ngc", "G21 G90 G94 G61\nG0 X40 Y40 Z0\nG1 Y-90 F6000\nM2\n")
+    done = gough("compensate", other, "--log", recorded(), *given)
+    assert done.status == 2
+    assert "cut.csv: the tool is never where this program's first feed begins, got " in done.err
+
+
+def test_a_recorded_log_needs_its_machine_and_one_period(gough, part, recorded):
+    done = gough("compensate", part, "--log", recorded(), "--map", "map.toml", *ASKED)
+    assert done.status == 2 and "--machine: is missing: a recorded log does not say which; gough machines" in done.err
 
 
 @pytest.mark.parametrize(

@@ -31,10 +31,13 @@ def toml() -> str:
 
 @pytest.mark.full
 def test_the_python_of_the_page_runs():
-    code = re.search(r"```python\n(.*?)```", PAGE, re.S)[1]
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    first, second = re.findall(r"```python\n(.*?)```", PAGE, re.S)
+    done = subprocess.run([sys.executable, "-c", first], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "the wall leans by 0.10" in done.stdout
+    done = subprocess.run([sys.executable, "-c", second], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == re.search(r"```text\n(stable.*?)```", PAGE, re.S)[1]
 
 
 def test_the_table_of_the_page_is_found_right(gough, write):
@@ -46,6 +49,11 @@ def test_the_table_of_the_page_is_found_right(gough, write):
     "change, message",
     [
         (('"12000 rpm"', '"0 rpm"'), "cut.toml:6: plant.cutting.spindle_speed: must be above 0 rad/s, got '0 rpm'"),
+        (
+            ('"6 m/min"', '"1e-7 m/min"'),
+            "plant.cutting.spindle_speed: the feed makes no chip at this spindle speed, got",
+        ),
+        (('"18 mm"', '"0 mm"'), "cut.toml:8: plant.cutting.wall.axial_depth: must be above 0 m, got '0 mm'"),
         (("teeth = 2", "teeth = 0"), "cut.toml:7: plant.cutting.tool.teeth: must be at least 1, got 0"),
         (('"0.3 mm", "0.9 mm"', '"0 mm", "0 mm"'), "plant.cutting.wall.radial: no radial depth is above 0"),
         (('"6 m/min"', '"0 m/min"'), "program.feed: must be above 0 m/s"),

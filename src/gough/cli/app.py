@@ -299,11 +299,18 @@ def monitor(
 @app.command(rich_help_panel="Logs")
 def compensate(
     part: Annotated[Path, typer.Argument(help="The NC program that was run; it is never overwritten.")],
-    log: Annotated[Path, typer.Option("--log", help="The log (.nc) of its run, with wrench_hat, or q_m and u.")],
+    log: Annotated[
+        Path,
+        typer.Option("--log", help="The log of its run: gough's (.nc), or recorded: .csv, .parquet, .mat, .nc."),
+    ],
     height: Annotated[str, typer.Option("--height", help='Height of the wall, as "18 mm".')],
     machine: Annotated[
         str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet.  [default: the log's]")
     ] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="A map (.toml) of a recorded log's columns.")] = None,
+    flexible: Annotated[
+        bool, typer.Option("--flexible", help="Add what the machine gives way, by [[compliance]] of its sheet.")
+    ] = False,
     air: Annotated[
         str | None,
         typer.Option("--air", help='Way through air, to tare on: "5 mm..30 mm" of the path.  [default: no taring]'),
@@ -332,8 +339,8 @@ def compensate(
     def work(outcome: Outcome) -> None:
         from .compensate import Asked, compensate_file
 
-        asked = Asked(height, air, least, linear, quadratic, bandwidth, fine)
-        compensate_file(part, log, machine, asked, out, force, quiet or json, outcome)
+        asked = Asked(height, air, least, linear, quadratic, bandwidth, fine, flexible)
+        compensate_file(part, log, machine, map_file, asked, out, force, quiet or json, outcome)
 
     return finish("compensate", work, json, debug)
 

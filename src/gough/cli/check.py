@@ -93,6 +93,7 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],
         **({} if experiment.observer is None else {"observer": experiment.observer.kind}),
+        **({} if experiment.compensation is None else {"compensation": True}),
         "duration": round(float(motion.duration), 3),
         **sweep,
     }

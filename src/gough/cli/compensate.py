@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,14 +10,16 @@ import numpy as np
 
 from ..cutting.compensation import command
 from ..cutting.deflection import Leaning
-from ..cutting.profile import profile_of, thinned
+from ..cutting.giving import Giving
+from ..cutting.profile import Profile, profile_of, thinned
 from ..cutting.rewrite import Changed, rewritten
 from ..errors import ExperimentError, LogError
 from ..files import write_atomic
 from ..log import Log
+from ..log.outside import load_map
+from ..log.outside.whole import load as load_record
 from ..machine.sheet import load_machine
-from ..observe.disturbance import DisturbanceObserver
-from ..observe.recorded import Recorder
+from ..monitor.along import felt
 from ..program import load_program
 from ..simulate.reach import check_motion
 from ..units import to_si
@@ -35,33 +38,92 @@ class Asked(NamedTuple):
     quadratic: str | None
     bandwidth: str
     fine: str
+    flexible: bool
 
 
 def compensate_file(
-    part: Path, log_file: Path, machine_name: str | None, asked: Asked, out: Path | None, force: bool, quiet: bool,
-    outcome: Outcome,
+    part: Path, log_file: Path, machine_name: str | None, map_file: Path | None, asked: Asked, out: Path | None,
+    force: bool, quiet: bool, outcome: Outcome,
 ) -> None:  # fmt: skip
     """Write the corrected program, and say which lines changed.
 
     Raises
     ------
     InputError
-        the log is not of this program, shows no force, or the program cannot be corrected; the file is there.
+        the log is not of this program, shows no force, or the program cannot be corrected; the file is there; the
+        machine has nothing that gives way.
     RunError
         the corrected program leaves the machine's limits: line and amount.
     """
     out = out or part.with_name(f"{part.stem}-compensated{part.suffix}")
-    if out.resolve() == part.resolve():
+    if out.resolve() == part.resolve() or (out.exists() and part.exists() and out.samefile(part)):
         raise ExperimentError(
             "would overwrite the original program", key="--out", value=str(out), cure="choose another name"
         )
     if out.exists() and not force:
         raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
-    log = Log.load(log_file)
-    if log.batch:
-        raise LogError("holds several runs", file=str(log_file), cure="give the log of one")
+    log, machine = _read(log_file, machine_name, map_file)
+    program = _program(part, log, log_file)
+    flexible = None
+    if asked.flexible:
+        try:
+            flexible = machine.flexible()
+        except ExperimentError as error:
+            raise ExperimentError(problems=[replace(one, key="--flexible") for one in error.problems]) from None
+    motion = program.plan(machine)
+    height, law = to_si(asked.height, "m"), _law(asked)
+    if not height > 0:
+        raise ExperimentError("must be above 0 m", key="--height", value=asked.height)
+    air = None if asked.air is None else _range(asked.air)
+    try:
+        rows = felt(log, machine, motion.path, to_si(asked.bandwidth, "Hz"))
+        found = profile_of(motion.path, *rows, air=air, least=to_si(asked.least, "N"))
+    except LogError as error:
+        raise error.at(file=str(log_file)) from None
+    tilt, shift = command(law, found.force, height)
+    told = {}
+    if flexible is not None:
+        moved, turned = _given(flexible, motion.path, found, height)
+        tilt, shift = tilt - turned, shift + moved
+        told = {"gives": float(np.abs(moved).max()), "turns": float(np.abs(turned).max())}
+    fine = to_si(asked.fine, "rad")
+    kept = np.union1d(thinned(found.s, tilt, fine), thinned(found.s, shift, fine * height))
+    made = rewritten(program, found.s[kept], tilt[kept], height, shift[kept])
+    check_motion(machine, made.program.plan(machine), PERIOD)
+    write_atomic(out, made.program.text)
+    outcome.data.update(
+        file=str(out), log=str(log_file), machine=machine.name, air=found.air, **told,
+        lines=[{**change._asdict(), "force": _force_of(change, found)} for change in made.changes],
+    )  # fmt: skip
+    if not quiet:
+        more = [] if flexible is None else [
+            f"of it {machine.name} gives way by {1e6 * told['gives']:.1f} um at the tip and "
+            f"{np.degrees(told['turns']):.4f} deg at most"
+        ]  # fmt: skip
+        outcome.say(
+            _table(made.changes, found), *more,
+            f"{out} is written: {_lines(len(made.changes))} of {part.name} changed",
+        )  # fmt: skip
+
+
+def _read(log_file: Path, machine_name: str | None, map_file: Path | None):
+    """The log, gough's own or recorded, and the machine."""
+    machine = None if machine_name is None else load_machine(machine_name)
+    if map_file is None and log_file.suffix.lower() == ".nc" and getattr(machine, "record", None) is None:
+        log = Log.load(log_file)
+        if log.batch:
+            raise LogError("holds several runs", file=str(log_file), cure="give the log of one")
+        return log, machine or load_machine(str(log.info.get("machine_name")))
+    if machine is None:
+        raise ExperimentError(
+            "is missing: a recorded log does not say which", key="--machine", cure="gough machines lists the library"
+        )
+    return load_record(log_file, machine, None if map_file is None else load_map(map_file)), machine
+
+
+def _program(part: Path, log: Log, log_file: Path):
+    """The program, its zero where the log has it.  LogError where the log is of another one."""
     told = log.info.get("program") or {}
-    machine = load_machine(machine_name or str(log.info.get("machine_name")))
     origin = told.get("origin")
     origin = origin["value"] if isinstance(origin, dict) else origin
     place = None if origin is None else np.array([to_si(x, u) if isinstance(x, str) else x for x, u in zip(
@@ -72,26 +134,17 @@ def compensate_file(
             "is the log of another program", file=str(log_file), value=str(told.get("name"))[:60],
             cure=f"run {part.name} and give its log",
         )  # fmt: skip
-    motion = program.plan(machine)
-    height, law = to_si(asked.height, "m"), _law(asked)
-    air = None if asked.air is None else _range(asked.air)
-    try:
-        found = profile_of(
-            motion.path, log.t, log["s_r"], _forces(log, machine, asked), air=air, least=to_si(asked.least, "N")
-        )
-    except LogError as error:
-        raise error.at(file=str(log_file)) from None
-    tilt, _ = command(law, found.force, height)
-    rows = thinned(found.s, tilt, to_si(asked.fine, "rad"))
-    made = rewritten(program, found.s[rows], tilt[rows], height)
-    check_motion(machine, made.program.plan(machine), PERIOD)
-    write_atomic(out, made.program.text)
-    outcome.data.update(
-        file=str(out), log=str(log_file), machine=machine.name, air=found.air,
-        lines=[{**change._asdict(), "force": float(_force_of(change, law))} for change in made.changes],
-    )  # fmt: skip
-    if not quiet:
-        outcome.say(_table(made.changes, law), f"{out} is written: {_lines(len(made.changes))} of {part.name} changed")
+    return program
+
+
+def _given(flexible, path, found: Profile, height: float) -> tuple[np.ndarray, np.ndarray]:
+    """delta_m and psi of cutting/giving.py along a profile, 0 where nothing is cut.  (n,) m, (n,) rad."""
+    on = np.flatnonzero(found.force)
+    moved, turned = np.zeros(len(found.s)), np.zeros(len(found.s))
+    last = max(found.s[on[-1]], found.s[on[0]] + 1e-6)
+    forces = np.concatenate([found.vector, np.zeros((len(found.s), 1))], 1)[on]
+    moved[on], turned[on] = Giving(flexible, path, found.s[on[0]], last).under(found.s[on], forces, height)
+    return moved, turned
 
 
 def _lines(count: int) -> str:
@@ -119,39 +172,17 @@ def _range(text: str) -> tuple[float, float]:
     return low, high
 
 
-def _forces(log: Log, machine, asked: Asked) -> np.ndarray:
-    """The force on the tool: the log's own estimate, or one made of its readings and forces.  (n, 3) N."""
-    if "wrench_hat" in log:
-        return log["wrench_hat"][:, :3]
-    for name in ("q_m", "u", "x_r"):
-        if name not in log:
-            raise LogError(
-                "has neither wrench_hat nor what it is made of", key=name, cure="log q_m and u, or an observer"
-            )
-    steps = np.diff(log.t)
-    if np.ptp(steps) > 1e-6 * steps.mean():
-        raise LogError("rows must come at one period", key="t")
-    observer = DisturbanceObserver(bandwidth=to_si(asked.bandwidth, "Hz")).on(machine, float(steps.mean()))
-    u = log["u"]
-    before = np.concatenate([u[:1], u[:-1]])
-    return Recorder(observer, log["x_r"][0]).rows(log["q_m"], before)["wrench_hat"][:, :3]
+def _force_of(change: Changed, found: Profile) -> float:
+    """The greatest normal force along a line that was, N."""
+    on = found.force[(found.s >= change.first) & (found.s <= change.last)]
+    return float(on[np.argmax(np.abs(on))]) if len(on) else 0.0
 
 
-def _force_of(change: Changed, law: Leaning) -> float:
-    """The normal force whose tilt is that of a line."""
-    size = abs(change.tilt)
-    if law.quadratic == 0:
-        force = size / law.linear
-    else:
-        force = (-law.linear + np.sqrt(law.linear**2 + 4 * law.quadratic * size)) / (2 * law.quadratic)
-    return float(np.copysign(force, change.tilt))
-
-
-def _table(changes: list[Changed], law: Leaning) -> str:
+def _table(changes: list[Changed], found: Profile) -> str:
     rows = [f"{'line':>6}  {'force':>8}  {'tilt':>10}  {'shift':>9}  moves  was"]
     for change in changes:
         rows.append(
-            f"{change.line:>6}  {_force_of(change, law):>6.1f} N  {np.degrees(change.tilt):>6.3f} deg  "
+            f"{change.line:>6}  {_force_of(change, found):>6.1f} N  {np.degrees(change.tilt):>6.3f} deg  "
             f"{1e6 * change.shift:>6.1f} um  {len(change.now):>5}  {change.was[:40]}"
         )
     return "\n".join(rows)

@@ -194,6 +194,12 @@ bandwidth   = "20 Hz"            # of the low pass that the force comes through
 # base_torque = "8 N m"          # friction torque in each base joint of a hexapod: one value, or a list of six
 # greatest  = "50 kN"            # a change of force from sample to sample beyond it is none; else what the drives can
 
+# [compensation]                 # the tool leans against the cut by the observer's force; it needs [observer]
+# height    = "18 mm"            # of the wall, where the tool stays in its place
+# air       = ["5 mm", "30 mm"]  # way along the path through air, on which the estimate is tared
+# bandwidth = "8 Hz"             # of the tilt
+# most      = "0.5 deg"          # greatest tilt
+
 [run]
 period    = "1 ms"               # of the controllers
 seed      = 0                    # of the encoder's noise

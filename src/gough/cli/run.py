@@ -131,6 +131,7 @@ def _simulate(experiment: Experiment, quiet: bool, strict: bool) -> list[Ended]:
 
     options = {name: getattr(experiment.run, name) for name in type(experiment.run).model_fields}
     options |= {"strict": strict, "on_fail": "raise", "observer": experiment.observer}
+    options["compensation"] = experiment.compensation
     with Shown(experiment.labels, quiet) as shown:
 
         def job(i: int):

@@ -28,6 +28,7 @@ class Profile(NamedTuple):
     s: np.ndarray  # (n,) m
     force: np.ndarray  # (n,) N, tared, 0 where nothing is cut
     air: float  # N, what was subtracted
+    vector: np.ndarray  # (n, 3) N, the whole force in x y z of the feed's frame, tared alike; `force` is its y
 
 
 def profile_of(
@@ -46,8 +47,8 @@ def profile_of(
     good = _even(t, s_r)
     if good.sum() < 2:
         raise LogError("the tool never moves at an even speed: no force can be told", value=f"{len(t)} rows")
-    normal = dot(force_W, across(path, s_r))
-    offset = 0.0
+    local = np.stack([dot(force_W, e) for e in frame(path, s_r)], -1)
+    offset = np.zeros(3)
     if air is not None:
         in_air = good & (s_r >= air[0]) & (s_r <= air[1])
         if not in_air.any():
@@ -55,28 +56,23 @@ def profile_of(
                 "no row of the log lies in the air cut at an even speed", key="--air",
                 value=f"{1e3 * air[0]:g} to {1e3 * air[1]:g} mm", limit=f"{1e3 * s_r.max():g} mm of path",
             )  # fmt: skip
-        offset = float(normal[in_air].mean())
+        offset = local[in_air].mean(0)
     s = np.arange(0.0, path.s0[-1] + STEP / 2, STEP)
     order = np.argsort(s_r[good], kind="stable")
-    place, value = s_r[good][order], normal[good][order] - offset
-    total = np.concatenate([[0.0], np.cumsum(value)])
+    place, value = s_r[good][order], local[good][order] - offset
+    total = np.concatenate([np.zeros((1, 3)), np.cumsum(value, 0)])
     low, high = np.searchsorted(place, s - window / 2), np.searchsorted(place, s + window / 2)
-    count = high - low
-    mean = (total[high] - total[low]) / np.maximum(count, 1)
-    mean = np.where(count > 0, mean, 0.0)
-    mean[np.abs(mean) < least] = 0.0
+    count = (high - low)[:, None]
+    vector = np.where(count > 0, (total[high] - total[low]) / np.maximum(count, 1), 0.0)
+    vector[np.abs(vector[:, 1]) < least] = 0.0
+    mean = vector[:, 1]
     if not mean.any():
-        most = float(np.abs(value).max())
+        most = float(np.abs(value[:, 1]).max())
         raise LogError(
             "the force never rises: there is nothing to compensate", value=f"at most {most:.3g} N in a row",
             limit=f"a mean of {least:g} N over {1e3 * window:g} mm",
         )  # fmt: skip
-    return Profile(s, mean, offset)
-
-
-def across(path: Path, s) -> np.ndarray:
-    """y of the feed's frame at path lengths s (n,) m: across the feed, to the left.  (n, 3)."""
-    return frame(path, s)[1]
+    return Profile(s, mean, float(offset[1]), vector)
 
 
 def frame(path: Path, s) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

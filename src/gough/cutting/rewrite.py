@@ -45,6 +45,8 @@ class Changed(NamedTuple):
     now: list[str]
     tilt: float  # rad, the greatest on it
     shift: float  # m
+    first: float  # m of the path as it was: where its move begins
+    last: float
 
 
 class Rewritten(NamedTuple):
@@ -54,8 +56,10 @@ class Rewritten(NamedTuple):
     changes: list[Changed]
 
 
-def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
+def rewritten(program: NCProgram, s, tilt, height: float, shift=None) -> Rewritten:
     """`program` with the tool leant by tilt (n,) rad at path lengths s (n,) m, straight in between.
+
+    Its tip goes back by shift (n,) m; without it, by as much as the tilt asks for where the tool stays at `height` m.
 
     Raises
     ------
@@ -63,7 +67,7 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
         a line that would change does more than move, runs more than once, or does not say millimetres, absolute.
     """
     path = program.path()
-    meant = _Meant(path, np.asarray(s, float), np.asarray(tilt, float), height)
+    meant = _Meant(path, np.asarray(s, float), np.asarray(tilt, float), height, shift)
     lines = program.text.splitlines()
     of_line = {}
     for i in range(len(path)):
@@ -96,13 +100,13 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
             now.append(f"{'G0' if rapid else 'G1'}{words}{feed}")
             ends.append((pose, path.feed[i]))
             at = target
-        displaced = meant.theta_at(meant.end_s(i)) != 0
+        displaced = meant.leans_at(meant.end_s(i))
         replaced_arc = path.kind[i] in (ARC, ELLIPSE)
-        most = meant.most(i)
+        most, back = meant.most(i)
         exact = path.tolerance[i] <= 0 and len(now) > 1
         if exact:  # else the tool would stop at every new corner, and cut free there
             now = [f"G64 P{_text(1e3 * ROUND, 4)}", *now, "G61" if path.tolerance[i] == 0 else "G61.1"]
-        changes.append(Changed(number, text.strip(), now, most, height * float(np.tan(most))))
+        changes.append(Changed(number, text.strip(), now, most, back, meant.first_s(i), meant.end_s(i)))
         out += [f"; was: {text.strip()}", *now]
     return Rewritten(_read_back(program, "\n".join(out) + "\n", ends), changes)
 
@@ -110,24 +114,34 @@ def rewritten(program: NCProgram, s, tilt, height: float) -> Rewritten:
 class _Meant:
     """Where the tool is meant to be along a path in its own frame."""
 
-    def __init__(self, path: Path, s, tilt, height):
+    def __init__(self, path: Path, s, tilt, height, shift):
         self.path, self.s, self.tilt, self.height = path, s, tilt, height
+        self.shift = None if shift is None else np.asarray(shift, float)
 
-    def theta_at(self, s) -> float:
-        return float(np.interp(s, self.s, self.tilt, left=0.0, right=0.0))
+    def command_at(self, s) -> tuple[np.ndarray, np.ndarray]:
+        """theta and delta at path lengths s (n,) m."""
+        theta = np.interp(s, self.s, self.tilt, left=0.0, right=0.0)
+        if self.shift is None:
+            return theta, self.height * np.tan(theta)
+        return theta, np.interp(s, self.s, self.shift, left=0.0, right=0.0)
+
+    def leans_at(self, s: float) -> bool:
+        return any(float(part) != 0 for part in self.command_at(s))
+
+    def first_s(self, i) -> float:
+        return float(self.path.s0[i])
 
     def end_s(self, i) -> float:
         return float(self.path.s0[i + 1])
 
     def leans(self, i) -> bool:
-        return self.most(i) != 0
+        return self.most(i) != (0, 0)
 
-    def most(self, i) -> float:
-        """The greatest tilt along block i, with its sign."""
+    def most(self, i) -> tuple[float, float]:
+        """The greatest tilt along block i, with its sign, and the greatest shift."""
         a, b = self.path.s0[i], self.path.s0[i + 1]
-        inside = self.tilt[(self.s > a) & (self.s < b)]
-        every = np.array([self.theta_at(a), self.theta_at(b), *inside])
-        return float(every[np.argmax(np.abs(every))])
+        every = self.command_at(np.array([a, b, *self.s[(self.s > a) & (self.s < b)]]))
+        return tuple(float(part[np.argmax(np.abs(part))]) for part in every)
 
     def start(self) -> np.ndarray:
         """Where the program takes the tool to be before its first move."""
@@ -142,16 +156,16 @@ class _Meant:
         path = self.path
         length = np.where(path.kind[i] == REST, 0.0, u)
         s = path.s0[i] + length
-        theta = np.array([self.theta_at(x) for x in s])
+        theta, delta = self.command_at(s)
         p, abc = path.point(i, length), path.angles(i, u)
-        if not theta.any():
+        if not (theta.any() or delta.any()):
             return np.concatenate([p, abc], 1)
         # the frame of the block itself, also at its end
         e_x, e_y, _ = frame(path, path.s0[i] + np.minimum(length, (1 - 1e-9) * path.length[i]))
         leant = abc_of_rotation_np(rotation_of_vector_np(-theta[:, None] * e_x) @ rotation_of_abc_np(abc))
         leant += 2 * np.pi * np.round((abc - leant) / (2 * np.pi))
         turned = np.where(theta[:, None] != 0, leant, abc)
-        return np.concatenate([p - self.height * np.tan(theta)[:, None] * e_y, turned], 1)
+        return np.concatenate([p - delta[:, None] * e_y, turned], 1)
 
     def pieces(self, i) -> np.ndarray:
         """Poses at the ends of the straight moves that block i becomes.  (k, 6)."""

@@ -13,7 +13,8 @@ R = D / 2, with n across the path towards the wall.  Of a circle of radius R_j a
     e_q = (w - c_q) . n - sqrt(R_j^2 - ((w - c_q) . t)^2),       e(s, z) = min over q of e_q                        (2)
 
 so e > 0 is material that stands proud, e < 0 a gouge; marks of the feed and of runout are in it.  Straight and curved
-walls are one case.
+walls are one case.  A machine that gives way does so in p and a already where its plant was flexible; of a run of a
+rigid plant, giving.py adds what it would, under the mean force over a turn.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from ..frames import rotation_of_abc_np
 from ..program.path import Path
 from ..program.segments import cross, dot, norm
 from .cutting import Cutting
+from .giving import Giving
 
 HEIGHTS = 19
 
@@ -89,10 +91,11 @@ class Ran(NamedTuple):
         return cls(np.asarray(log["t"]), x, np.asarray(log["s_r"]))
 
 
-def cut_wall(cutting: Cutting, nominal: Path, ran: Ran, s, z=None) -> CutWall:
+def cut_wall(cutting: Cutting, nominal: Path, ran: Ran, s, z=None, giving: Giving | None = None) -> CutWall:
     """The wall at the places s (n,) m of the programmed path `nominal` and the heights z (m,) m, eqs. (1), (2).
 
-    `nominal` is the path as placed in W (`motion.path`); `ran` is a run on it, or beside it on purpose.
+    `nominal` is the path as placed in W (`motion.path`); `ran` is a run on it, or beside it on purpose; `giving` is
+    what a machine gives way that was rigid in that run.
     """
     s = np.asarray(s, float)
     z = np.linspace(0, cutting.wall.axial_depth, HEIGHTS) if z is None else np.asarray(z, float)
@@ -108,7 +111,7 @@ def cut_wall(cutting: Cutting, nominal: Path, ran: Ran, s, z=None) -> CutWall:
     for step in range(-N - 1, N + 2):
         q = here + step
         at = (Phi + k * z - cutting.start_angle + q * (2 * math.pi / N)) / omega
-        c, cut = _axis_at(cutting, nominal, ran, at, z)
+        c, cut = _axis_at(cutting, nominal, ran, at, z, giving)
         d = p_w[:, None] + z[:, None] * a_w[:, None] + R * n_w[:, None] - c
         radius = _radius(cutting, -q % N)
         across = (d * t_w[:, None]).sum(-1)
@@ -137,7 +140,7 @@ def _frame(path: Path, s, side):
     return p, t, side * cross(a, t), a
 
 
-def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z):
+def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z, giving):
     """c_q of eq. (2) at times `at` (n, m) s for heights z (m,), and whether the tool moved then.  (n, m, 3), (n, m)."""
     flat = at.ravel()
     p = np.stack([np.interp(flat, ran.t, ran.x[:, i]) for i in range(3)], -1)
@@ -154,12 +157,17 @@ def _axis_at(cutting: Cutting, nominal: Path, ran: Ran, at, z):
     y = y / norm(y)[:, None]
     height = np.broadcast_to(z, at.shape).ravel()
     c = p + height[:, None] * a
-    law, wall = cutting.deflection, cutting.wall
+    law, R_a = cutting.deflection, cutting.wall.axial_depth
+    mean = np.zeros((len(flat), 4))
+    if giving is not None or (law is not None and not law.instant):
+        mean = np.where((depth > 0)[:, None], cutting.mean_forces(speed, depth), 0.0)
     if law is not None:
+        F = mean[:, 1]
         if law.instant:
             F = cutting.forces(speed, depth, cutting.start_angle + cutting.spindle_speed * flat)[:, 1]
-        else:
-            F = cutting.mean_forces(speed, depth)[:, 1]
-        F = np.where(depth > 0, F, 0.0)
-        c = c + law.lateral(cutting.tool, F, wall.axial_depth / 2, height, wall.axial_depth)[:, None] * y
+            F = np.where(depth > 0, F, 0.0)
+        c = c + law.lateral(cutting.tool, F, R_a / 2, height, R_a)[:, None] * y
+    if giving is not None:
+        moved, turned = giving.under(s, mean, R_a)
+        c = c + (moved + height * turned)[:, None] * y
     return c.reshape(*at.shape, 3), (inside & (speed > 0)).reshape(at.shape)

@@ -6,6 +6,7 @@
     [tools]         file = "tool.tbl", or 1 = { length = "80 mm" }: lengths of an NC program's tools
     [[controller]]  kind = "pid", ...; several run side by side
     [observer]      kind = "disturbance", ...: beside each of them, for the log
+    [compensation]  height, air, ...: the tool leans against the cut by what the observer finds
     [run]           period, substeps, seed, log_every, signals
     [sweep]         what `gough sweep` varies from run to run: gough.sweep
     [tune]          what `gough tune` may change, and what is wanted: gough.tune
@@ -32,10 +33,12 @@ from .parts import Controller
 if TYPE_CHECKING:
     from ..machine.base import Machine
     from ..observe.base import Observer
+    from ..simulate.leaning import Compensation
     from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
 TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "run", "sweep", "tune")
+TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "compensation", "run", "sweep")
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
 
 
@@ -51,6 +54,7 @@ class Experiment:
     run: Run
     document: Document
     observer: Observer | None = None
+    compensation: Compensation | None = None
 
     def locate(self, error: InputError, i: int) -> InputError:
         """An error of running controller i with its place in the file."""
@@ -190,19 +194,23 @@ class _Builder:
             self._note([Problem("only an NC program uses tools", key="tools", cure="remove the table")])
         controllers = self._controllers()
         observer = self._make("observer", observers.observer_of) if "observer" in self.data else None
+        leaning = self._make("compensation", parts.compensation_of) if "compensation" in self.data else None
         run = self._make("run", parts.run_of) if "run" in self.data else parts.run_of({})
         if machine and run:
             self._try(parts.check_supervision, machine, run)
             self._try(observers.check_observer, observer, machine, run)
         if known and plant:
             self._try(parts.check_faults, plant)
+        if machine and leaning and (observer or "observer" not in self.data):
+            self._try(parts.check_compensation, machine, observer, leaning)
         if run and "observer" not in self.data:
             self._try(observers.check_signals, run.signals, controllers, key="run")
         if self.problems:
             here = str(self.document.path)
             raise ExperimentError(problems=sorted(self.problems, key=lambda p: (p.file != here, p.line or 0)))
         name = slug(self.document.path.stem)
-        return Experiment(name, machine, plant, program, tuple(controllers), run, self.document, observer)
+        made = tuple(controllers)
+        return Experiment(name, machine, plant, program, made, run, self.document, observer, leaning)
 
     def _note(self, problems: list[Problem], prefix: str = "") -> None:
         if problems:

@@ -18,6 +18,8 @@ from .observers import EXAMPLE
 
 if TYPE_CHECKING:
     from ..machine.base import Machine
+    from ..observe.base import Observer
+    from ..simulate.leaning import Compensation
     from ..simulate.run import Run
 
 
@@ -35,6 +37,7 @@ EXAMPLES = {
     "tools": 'write [tools] and 1 = { length = "80 mm" }, or file = "tool.tbl"',
     "controller": 'write [[controller]] and kind = "pid"',
     "observer": EXAMPLE,
+    "compensation": 'write [compensation], height = "18 mm" and air = ["5 mm", "30 mm"]',
     "run": 'write [run] and e.g. period = "1 ms"',
     "tune": 'write [tune] and vary = { "controller.bandwidth" = ["5 Hz", "80 Hz"] }',
     "sweep": 'write [sweep] and vary = { "controller.bandwidth" = ["10 Hz", "20 Hz"] }',
@@ -132,6 +135,22 @@ def program_of(table: Mapping[str, Any], folder: Path, tools: Any = None) -> Any
     from ..program import program_from_table
 
     return program_from_table(dict(table), folder, tools)
+
+
+def compensation_of(table: Mapping[str, Any]) -> Compensation:
+    """The leaning against the cut that a [compensation] table describes."""
+    from ..simulate.leaning import Compensation
+
+    return Compensation.from_file(table)
+
+
+def check_compensation(machine: Machine, observer: Observer | None, compensation: Compensation) -> None:
+    """Refuse a compensation that has no force to go by, or a machine that cannot lean its tool."""
+    from ..simulate.leaning import check
+
+    if observer is None:
+        raise ExperimentError("needs an observer of the force on the tool", key="compensation", cure=EXAMPLE)
+    check(machine, observer, compensation)
 
 
 def run_of(table: Mapping[str, Any]) -> Run:

@@ -57,6 +57,8 @@ def resolved(experiment: Experiment, command: str = "gough run") -> dict[str, st
     tables["controller"] = [{"kind": kind, **law.to_file()} for kind, law in experiment.controllers]
     if experiment.observer is not None:
         tables["observer"] = experiment.observer.to_file()
+    if experiment.compensation is not None:
+        tables["compensation"] = experiment.compensation.to_file()
     tables["run"] = experiment.run.to_file()
     for name in ("sweep", "tune"):
         if name in data:

@@ -104,16 +104,38 @@ def frequency_response(machine, x, frequencies, source: str = "motor", to: str =
     for key, value, known in (("source", source, _SOURCES), ("to", to, _TARGETS)):
         if value not in known:
             raise ExperimentError(f'must be "{known[0]}" or "{known[1]}"', key=key, value=brief(value))
-    f = np.asarray(frequencies, float)
-    if f.ndim != 1 or not (np.isfinite(f) & (f > 0)).all():
-        raise ExperimentError(
-            "frequencies must be a row of numbers above 0", key="frequencies", value=brief(frequencies)
-        )
+    f = frequencies_of(frequencies)
     one = small_motions(machine, x, wrench)
     pushed = one.J.T if source == "motor" else one.W
     shown = one.Q if to == "encoder" else one.W.T
     s = 2j * np.pi * f[:, None, None]
     return shown @ np.linalg.solve(s * s * one.M + s * one.D + one.K, np.broadcast_to(pushed, (len(f), *pushed.shape)))
+
+
+def held_response(machine, x, frequencies, wrench=None) -> np.ndarray:
+    """Eq. (15) from the wrench on the tool to the tool with the joints held, d = N y: (k, 6, 6) complex, in W, SI.
+
+    Raises
+    ------
+    ExperimentError
+        frequencies not above 0.
+    """
+    f = frequencies_of(frequencies)
+    one = small_motions(machine, x, wrench)
+    N = unmoved(one.J)
+    M, D, K, W = N.T @ one.M @ N, N.T @ one.D @ N, N.T @ one.K @ N, N.T @ one.W
+    s = 2j * np.pi * f[:, None, None]
+    return W.T @ np.linalg.solve(s * s * M + s * D + K, np.broadcast_to(W, (len(f), *W.shape)))
+
+
+def frequencies_of(frequencies) -> np.ndarray:
+    """Frequencies (k,) Hz as numbers above 0; ExperimentError else."""
+    f = np.asarray(frequencies, float)
+    if f.ndim != 1 or not (np.isfinite(f) & (f > 0)).all():
+        raise ExperimentError(
+            "frequencies must be a row of numbers above 0", key="frequencies", value=brief(frequencies)
+        )
+    return f
 
 
 def stiffness_map(machine, poses) -> dict[str, np.ndarray]:

@@ -100,6 +100,21 @@ class Loop:
         points = np.reshape(points, (len(points), -1))
         count = points.shape[1]
         return np.array(self.sample.function.map(count)(points, *(ca.repmat(n, 1, count) for n in self.numbers)))
+    def _step(self, schedule, substeps: int) -> ca.Function:
+        """(s; reference), wrench on the tool -> s a sample later."""
+        size, r0 = self.rows[next(reversed(self.rows))].stop, flatten(self.rest)
+        both, wrench = ca.MX.sym("both", size + len(r0)), ca.MX.sym("wrench", 6)
+        values = {name: ca.MX(ca.DM(value)) for name, value in (
+            ("theta_plant", self.machine.theta), ("theta_law", self.law.theta),
+        )} | {"wrench": wrench}  # fmt: skip
+        values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
+        values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
+        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
+            for task in (*schedule.tasks, *(schedule.substep * substeps)):
+                if k % task.every == 0:
+                    out = task.function(*[values[name] for name in task.reads])
+                    values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
+        return ca.Function("step", [both, wrench], [ca.vertcat(*[values[name] for name in self.states])])
 
     def jacobians(self, inputs: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """A (s, s) and B (s, d) of eq. (1), with all states; B (s, 0) without `inputs`."""
@@ -112,9 +127,17 @@ class Loop:
             for dx in STEP * self.T.T if inputs else ():
                 points.append(np.concatenate([s0, flatten(tick.rest_row(self.machine, self.x + sign * dx))]))
         after = self.step(np.array(plus + minus).T)
+        after = np.array(self.step.map(2 * len(plus))(np.array(plus + minus).T, np.zeros((6, 2 * len(plus)))))
         half = len(plus)
         slopes = (after[:, :half] - after[:, half:]) / (2 * np.r_[small, np.full(half - len(small), STEP)])
         return slopes[:, : len(s0)], slopes[:, len(s0) :]
+
+    def pushed(self, size: float) -> np.ndarray:
+        """B_w (s, 6): the states a sample later by the wrench on the tool, in W; differences of `size` N and N m."""
+        s0, r0 = np.concatenate(list(self.states.values())), flatten(self.rest)
+        forces = size * np.concatenate([np.eye(6), -np.eye(6)], 1)
+        after = np.array(self.step.map(12)(np.tile(np.concatenate([s0, r0])[:, None], 12), forces))
+        return (after[:, :6] - after[:, 6:]) / (2 * size)
 
     @property
     def learned(self) -> np.ndarray:
