@@ -100,6 +100,7 @@ class Loop:
         points = np.reshape(points, (len(points), -1))
         count = points.shape[1]
         return np.array(self.sample.function.map(count)(points, *(ca.repmat(n, 1, count) for n in self.numbers)))
+
     def _step(self, schedule, substeps: int) -> ca.Function:
         """(s; reference), wrench on the tool -> s a sample later."""
         size, r0 = self.rows[next(reversed(self.rows))].stop, flatten(self.rest)
