@@ -37,8 +37,9 @@ if TYPE_CHECKING:
     from ..simulate.run import Run
 
 SCHEMA = "gough-experiment-1"
-TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "run", "sweep", "tune")
-TABLES = ("machine", "plant", "program", "tools", "controller", "observer", "compensation", "run", "sweep")
+TABLES = (
+    "machine", "plant", "program", "tools", "controller", "observer", "compensation", "run", "sweep", "tune",
+)  # fmt: skip
 SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc")  # of NC programs
 
 

@@ -95,27 +95,13 @@ class Loop:
         S = np.array(found[0])[: len(z), len(z) :]
         return S, np.array(found[3]) @ S, np.array(found[4])
 
-    def step(self, points) -> np.ndarray:
-        """(s; reference), (n,) or in columns (n, N) -> s a sample later, in columns."""
+    def step(self, points, wrench=None) -> np.ndarray:
+        """(s; reference), (n,) or in columns (n, N), and wrenches (6, N) on the tool -> s a sample later, in columns."""
         points = np.reshape(points, (len(points), -1))
         count = points.shape[1]
-        return np.array(self.sample.function.map(count)(points, *(ca.repmat(n, 1, count) for n in self.numbers)))
-
-    def _step(self, schedule, substeps: int) -> ca.Function:
-        """(s; reference), wrench on the tool -> s a sample later."""
-        size, r0 = self.rows[next(reversed(self.rows))].stop, flatten(self.rest)
-        both, wrench = ca.MX.sym("both", size + len(r0)), ca.MX.sym("wrench", 6)
-        values = {name: ca.MX(ca.DM(value)) for name, value in (
-            ("theta_plant", self.machine.theta), ("theta_law", self.law.theta),
-        )} | {"wrench": wrench}  # fmt: skip
-        values |= {signal.name: ca.MX(0, 1) for signal in schedule.of_kind("state") if signal.size == 0}
-        values |= {name: both[where] for name, where in self.rows.items()} | {"reference": both[size:]}
-        for k in range(math.lcm(*(task.every for task in schedule.tasks))):
-            for task in (*schedule.tasks, *(schedule.substep * substeps)):
-                if k % task.every == 0:
-                    out = task.function(*[values[name] for name in task.reads])
-                    values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
-        return ca.Function("step", [both, wrench], [ca.vertcat(*[values[name] for name in self.states])])
+        wrench = np.zeros((6, count)) if wrench is None else wrench
+        numbers = (ca.repmat(n, 1, count) for n in self.numbers)
+        return np.array(self.sample.function.map(count)(points, wrench, *numbers))
 
     def jacobians(self, inputs: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """A (s, s) and B (s, d) of eq. (1), with all states; B (s, 0) without `inputs`."""
@@ -128,7 +114,6 @@ class Loop:
             for dx in STEP * self.T.T if inputs else ():
                 points.append(np.concatenate([s0, flatten(tick.rest_row(self.machine, self.x + sign * dx))]))
         after = self.step(np.array(plus + minus).T)
-        after = np.array(self.step.map(2 * len(plus))(np.array(plus + minus).T, np.zeros((6, 2 * len(plus)))))
         half = len(plus)
         slopes = (after[:, :half] - after[:, half:]) / (2 * np.r_[small, np.full(half - len(small), STEP)])
         return slopes[:, : len(s0)], slopes[:, len(s0) :]
@@ -137,7 +122,7 @@ class Loop:
         """B_w (s, 6): the states a sample later by the wrench on the tool, in W; differences of `size` N and N m."""
         s0, r0 = np.concatenate(list(self.states.values())), flatten(self.rest)
         forces = size * np.concatenate([np.eye(6), -np.eye(6)], 1)
-        after = np.array(self.step.map(12)(np.tile(np.concatenate([s0, r0])[:, None], 12), forces))
+        after = self.step(np.tile(np.concatenate([s0, r0])[:, None], 12), forces)
         return (after[:, :6] - after[:, 6:]) / (2 * size)
 
     @property
@@ -172,7 +157,7 @@ class _Sample:
 
     @cached_property
     def function(self) -> ca.Function:
-        """(s; reference), theta of the machine, theta of the law -> s a sample later."""
+        """(s; reference), wrench on the tool, theta of the machine, theta of the law -> s a sample later."""
         machine, law, state, rest, _, substeps = self.parts
         schedule, values, s0 = self.schedule, {}, 0
         sizes = {signal.name: signal.size for signal in schedule.of_kind("state")}
@@ -181,14 +166,15 @@ class _Sample:
             values[name], s0 = both[s0 : s0 + size] if size else ca.MX(0, 1), s0 + size
         states = list(sizes)
         numbers = ca.MX.sym("machine", len(machine.theta)), ca.MX.sym("law", len(law.theta))
-        values |= {"reference": both[s0:], "wrench": ca.MX(ca.DM.zeros(6))}
+        wrench = ca.MX.sym("wrench", 6)
+        values |= {"reference": both[s0:], "wrench": wrench}
         values |= dict(zip(("theta_plant", "theta_law"), numbers, strict=True))
         for k in range(math.lcm(*(task.every for task in schedule.tasks))):
             for task in (*schedule.tasks, *(schedule.substep * substeps)):
                 if k % task.every == 0:
                     out = task.function(*[values[name] for name in task.reads])
                     values.update(zip(task.writes, out if isinstance(out, tuple) else (out,), strict=True))
-        return ca.Function("step", [both, *numbers], [ca.vertcat(*[values[name] for name in states])])
+        return ca.Function("step", [both, wrench, *numbers], [ca.vertcat(*[values[name] for name in states])])
 
 
 @lru_cache(maxsize=32)
