@@ -96,7 +96,7 @@ class Loop:
         return S, np.array(found[3]) @ S, np.array(found[4])
 
     def step(self, points, wrench=None) -> np.ndarray:
-        """(s; reference), (n,) or in columns (n, N), and wrenches (6, N) on the tool -> s a sample later, in columns."""
+        """(s; reference), (n,) or in columns (n, N), wrenches (6, N) on the tool -> s a sample later, in columns."""
         points = np.reshape(points, (len(points), -1))
         count = points.shape[1]
         wrench = np.zeros((6, count)) if wrench is None else wrench
