@@ -2,13 +2,14 @@
 # make test    the tests; make check: lint and the quick tests; make test-all: with the long campaigns
 # make bench   timings beside CasADi's interpreter, written to docs/performance.md
 # make docs    the documentation, every page carried out first: docs/_build/index.html
+# make wheel   the wheel, installed in an empty venv, and tried there
 # make mutate  one planted sign error at a time: which test sees it, written to docs/mutation.md
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= $(shell nproc)
 
-.PHONY: demo test check test-all bench mutate docs lint clean
+.PHONY: demo test check test-all bench mutate docs wheel lint clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -43,6 +44,18 @@ bench: $(VENV)/developed
 
 mutate: $(VENV)/developed
 	$(BIN)/python tools/mutate.py --workers $(WORKERS)
+
+# the wheel in a venv with nothing else: what it forgot to pack is missed here
+wheel: $(VENV)/installed
+	rm -rf build/wheel && mkdir -p build/wheel
+	$(BIN)/pip wheel --quiet --no-deps -w build/wheel .
+	$(PYTHON) -m venv build/wheel/venv
+	build/wheel/venv/bin/pip install --quiet -c constraints.txt build/wheel/*.whl
+	cd build/wheel && venv/bin/gough run ../../examples/01_circle_diamond_square.toml -o run --quiet
+	cd build/wheel && venv/bin/gough export nist-octahedral --target mjcf -o machine.xml
+	cd build/wheel && venv/bin/gough export nist-octahedral --target c -o c
+	cd build/wheel && venv/bin/gough export nist-octahedral --target linuxcnc -o linuxcnc
+	cd build/wheel && venv/bin/gough preflight ../../examples/04_pockets.ngc -m nist-octahedral
 
 docs: $(VENV)/developed
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build

@@ -122,7 +122,7 @@ def test_an_export_made_twice_is_the_same_text(files):
 
 @pytest.mark.full
 @pytest.mark.skipif(shutil.which("halcompile") is None, reason="no halcompile")
-@pytest.mark.parametrize("name", ["nist-octahedral", "ccu-3prs"])
+@pytest.mark.parametrize("name", [pytest.param("nist-octahedral", marks=pytest.mark.slow), "ccu-3prs"])
 def test_an_export_compiles_without_a_word_of_the_compiler(name, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["export", name, "--target", "linuxcnc", "-o", str(tmp_path / "out")])

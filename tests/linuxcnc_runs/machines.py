@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import functools
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,7 +57,20 @@ def program_of(part: str) -> NCProgram:
     return NCProgram(text=PARTS[part], name=f"{part}.ngc")
 
 
+@contextmanager
+def turn(alone: bool = False):
+    """A lock that runs of LinuxCNC share, over all processes of the tests; `alone` has it for itself."""
+    with open(Path(tempfile.gettempdir(), "gough-linuxcnc-tests.lock"), "w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        yield
+
+
 @functools.cache
 def run(machine: str, part: str, speed: int = 10):
     """The recording of a part of PARTS on a machine."""
+    with turn():
+        return _recorded(machine, part, speed)
+
+
+def _recorded(machine: str, part: str, speed: int):
     return record(program_of(part), machine_of(machine), speed=speed, timeout=120)

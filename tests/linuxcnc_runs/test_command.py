@@ -69,7 +69,8 @@ def test_a_program_that_linuxcnc_refuses_is_refused_with_its_words_and_the_line(
 
 
 @needs_linuxcnc
-@pytest.mark.full
+@pytest.mark.slow
+@pytest.mark.alone
 def test_a_program_that_takes_too_long_is_ended_and_nothing_stays_behind():
     program = NCProgram(text="G21 G90\nG1 F60 X100\nM2\n", name="slow.ngc")
     with pytest.raises(RunError, match="did not end the program in time"):
@@ -79,6 +80,7 @@ def test_a_program_that_takes_too_long_is_ended_and_nothing_stays_behind():
 
 @needs_linuxcnc
 @pytest.mark.full
+@pytest.mark.alone
 def test_ctrl_c_ends_linuxcnc_and_writes_nothing(tmp_path):
     part = tmp_path / "slow.ngc"
     part.write_text("G21 G90\nG1 F60 X100\nM2\n")
@@ -152,7 +154,7 @@ def test_options_that_linuxcnc_would_not_know_of_are_refused(key, value, monkeyp
 
 @needs_linuxcnc
 @pytest.mark.full
-@pytest.mark.parametrize("delete", [True, False])
+@pytest.mark.parametrize("delete", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_lines_with_a_slash_are_left_out_as_gough_leaves_them_out(delete):
     program = NCProgram(text="G21 G90\nG1 F1200 X1\n/G1 Y2\nM2\n", block_delete=delete)
     found = record(program, machine_of("nist-octahedral"), timeout=60)

@@ -24,9 +24,9 @@ _LOOP = 0.06  # of the force limit, that the loop adds: measured, see above
 MACHINES = ("ccu-3prs", "eth-hexaglide", "ifma-hsm", "nist-octahedral", "okuma-pm600")
 SHIPPED = [(machine, name) for machine in MACHINES for name, path in pieces().items() if machine in path.read_text()]
 FULL = [
-    ("eth-hexaglide", "circle-diamond-square"),  # announced: force at 109 % of the limit
+    pytest.param("eth-hexaglide", "circle-diamond-square", marks=pytest.mark.slow),  # announced: 109 % of the force
     ("eth-hexaglide", "zigzag"),  # not announced: 93 %
-    ("ccu-3prs", "zigzag"),
+    pytest.param("ccu-3prs", "zigzag", marks=pytest.mark.slow),
     ("ifma-hsm", "zigzag"),
     ("nist-octahedral", "zigzag"),
     ("okuma-pm600", "zigzag"),

@@ -114,7 +114,11 @@ def radius(machine, x, turned):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", LIBRARY[:-1])
+@pytest.mark.parametrize(
+    "name",
+    ["nist-octahedral", "ccu-3prs", *(pytest.param(one, marks=pytest.mark.slow) for one in LIBRARY[:-1]
+                                      if one not in ("nist-octahedral", "ccu-3prs"))],
+)  # fmt: skip
 def test_no_direction_leaves_the_ball_and_one_touches_it(name):
     machine = gk.load_machine(name)
     x = starts(machine)[-1]

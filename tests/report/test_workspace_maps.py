@@ -21,7 +21,7 @@ def test_a_map_holds_the_values_of_its_poses_and_names_the_worst(name):
     inside = np.isfinite(poses).all(-1)
     wanted = stiffness_map(flexible, poses[inside])["least"] * 1e-6
     np.testing.assert_allclose(shown.compressed(), wanted[np.isfinite(wanted)])
-    assert f"least {np.nanmin(wanted):.3g} N/um" in ax.get_title(loc="left")
+    assert f"least {np.nanmin(wanted):.4g} N/um" in ax.get_title(loc="left")
     assert ax.get_xlabel() == "x [mm]" and ax.figure.axes[-1].get_ylabel().endswith("[N/um]")
     if name == "nist-octahedral":  # a cylinder: its corners are empty
         assert not inside[0, 0] and inside[2, 2]

@@ -113,7 +113,9 @@ def test_every_lane_of_every_machine_and_law_is_the_single_run(name, law):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("friction", FRICTIONS)
+@pytest.mark.parametrize(
+    "friction", [one if one == "lugre" else pytest.param(one, marks=pytest.mark.slow) for one in FRICTIONS]
+)
 def test_every_lane_with_every_friction_and_an_observer_is_the_single_run(friction):
     """The sheet's own friction, LuGre that scales with the load, is in the table above."""
     sheet = gk.load_machine("nist-octahedral")

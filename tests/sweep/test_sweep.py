@@ -98,7 +98,7 @@ def test_a_run_of_a_sweep_is_the_run_that_its_experiment_describes(whole, tmp_pa
     assert log.info["run"]["seed"] == settings["run.seed"]
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_what_batches_cannot_share_runs_in_groups_of_its_own(experiment, tmp_path):
     """Programs, sample times and machines in one sweep: all run, and one of them gives the bits that it gives alone."""
     vary = (
@@ -232,7 +232,7 @@ def test_fifty_kills_of_a_sweep_of_two_hundred_runs_lose_nothing(written, tmp_pa
     disturbed(written, tmp_path, kills=25, runs=200, seed=2)  # two kills each
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_two_sweeps_on_one_store_share_the_work_and_end_alike(whole, tmp_path):
     path, folder = whole
     both = [command(path, "-o", tmp_path / "both", "-w", 1, "--quiet") for _ in range(2)]
@@ -241,7 +241,9 @@ def test_two_sweeps_on_one_store_share_the_work_and_end_alike(whole, tmp_path):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("most", [0, 400, 5000, 15_000, 60_000])
+@pytest.mark.parametrize(
+    "most", [0, 400, 5000, *(pytest.param(most, marks=pytest.mark.slow) for most in (15_000, 60_000))]
+)
 def test_a_disk_that_takes_no_more_ends_the_sweep_with_its_place_and_leaves_what_is_sound(whole, tmp_path, most):
     """RLIMIT_FSIZE cuts files at `most` bytes: marker, experiment, sheet, index, page in turn; runs: test_store.py."""
     path, folder = whole
@@ -281,7 +283,7 @@ def test_ctrl_c_ends_with_130_and_what_has_finished_stays(written, tmp_path):
     assert "Traceback" not in err and len(runs_of(tmp_path / "s")) >= 16
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_a_worker_that_is_lost_is_replaced_and_its_runs_are_done_again(whole, tmp_path):
     path, folder = whole
     killed_one = []

@@ -189,11 +189,17 @@ def _rows(folder: Path, channels) -> dict[str, np.ndarray]:
 
 
 def _recording(rows: dict[str, np.ndarray], period: float, d: int, said) -> Recording:
-    """The rows of the program: from the first behind the release on; SI."""
+    """The rows of the program: from the last at rest behind the release on; SI.
+
+    Whether the release is seen in the servo period that sampled it, or in the next, is chance: what stands before the
+    first move is left out, a dwell too.
+    """
     held = np.flatnonzero(rows["inhibit"] != 0)
     first = int(held[-1]) + 1 if len(held) else 0
     if first >= len(rows["inhibit"]) - 2:
         raise RunError("LinuxCNC did not run the program: nothing was released")
+    begun = np.flatnonzero((np.diff(rows["axis"][max(first - 1, 0) :], axis=0) != 0).any(1))
+    first = max(first - 1, 0) + int(begun[0]) if len(begun) else first
     # up to where the joints stand for good: how long LinuxCNC idles behind that is chance
     moving = np.flatnonzero((rows["joint"] != rows["joint"][-1]).any(1))
     stop = max(int(moving[-1]) + 2 if len(moving) else 0, first + 4)
