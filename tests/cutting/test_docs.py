@@ -1,4 +1,4 @@
-"""The table of docs/cutting.md is right, and what makes no chip is found (its Python runs in tests/text/test_pages.py)."""
+"""The table of docs/cutting.md is right, and what makes no chip is found.  Its Python runs in tests/text."""
 
 from __future__ import annotations
 

@@ -169,8 +169,8 @@ def _stairs(found: Stairs) -> list[Claim]:
         Claim(
             "beyond the paper, in the loop: way behind a step until the wall at the tip is within a third", way, "m",
             (None, 10e-3), shown="mm", note="the force must be felt before it can be leant against: up to "
-            f"{max(run_spike(found.in_loop, at) for at in STEPS[1:-1]) * 1e6:.0f} um from its level until then; this observer "
-            "reads torques as they are",
+            f"{max(run_spike(found.in_loop, at) for at in STEPS[1:-1]) * 1e6:.0f} um from its level until then; "
+            "this observer reads torques as they are",
         )
     )  # fmt: skip
     return out
