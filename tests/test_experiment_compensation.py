@@ -52,6 +52,17 @@ def changed(tmp_path: Path, *pairs: tuple[str, str]) -> Path:
     return path
 
 
+def test_air_behind_the_end_of_the_path_is_found_by_check_and_by_a_run(tmp_path, gough):
+    path = changed(tmp_path, ('["5 mm", "20 mm"]', '["1 m", "2 m"]'))
+    done = gough("check", path)
+    assert done.status == 2
+    assert "f.toml:5: compensation.air: the air cut ends behind the end of the path: the tool would" in done.err
+    assert "got 2 m (limit 0.08 m); places count metres along the path" in done.err
+    done = gough("run", path)
+    assert done.status == 2 and "compensation.air: the air cut ends behind the end of the path" in done.err
+    assert ", compensation, duration" in gough("check", changed(tmp_path)).out
+
+
 def test_the_table_becomes_the_compensation_of_the_run(tmp_path):
     found = load_experiment(changed(tmp_path)).compensation
     assert found.height == pytest.approx(0.018) and found.bandwidth == 8.0

@@ -67,6 +67,18 @@ def test_the_original_is_never_overwritten(gough, part, logs):
     assert part.read_text() == PART
 
 
+def test_the_log_and_the_map_are_not_overwritten_either(gough, part, logs, recorded):
+    copy = part.with_name("copy.nc")
+    copy.write_bytes((logs / "cut.nc").read_bytes())
+    done = gough("compensate", part, "--log", copy, *ASKED, "-o", "copy.nc", "--force")
+    assert done.status == 2 and "--out: would overwrite the log, got copy.nc; choose another name" in done.err
+    assert copy.read_bytes() == (logs / "cut.nc").read_bytes()
+    given = ["--map", "map.toml", "-m", "okuma-pm600", "--force"]
+    done = gough("compensate", part, "--log", recorded(), *given, *ASKED, "-o", "map.toml")
+    assert done.status == 2 and "--out: would overwrite the map, got map.toml" in done.err
+    assert part.with_name("map.toml").read_text() == MAP
+
+
 def test_a_file_that_is_there_stays(gough, part, logs, write):
     write("new.ngc", "mine")
     done = gough("compensate", part, "--log", logs / "cut.nc", *ASKED, "-o", "new.ngc")
@@ -154,7 +166,14 @@ def test_a_recorded_log_needs_its_machine_and_one_period(gough, part, recorded):
             ["--air", "30 mm..10 mm"],
             '--air: must go from a place to one behind it, got 30 mm..10 mm; write "5 mm..30 mm"',
         ),
-        (["--height", "18"], "has no unit"),
+        (["--height", "18"], "--height: '18' has no unit"),
+        (["--height", "0 mm"], "--height: must be above 0 m, got 0 mm"),
+        (["--fine", "-1 deg"], "--fine: must be above 0 rad, got -1 deg"),
+        (["--least", "-5 N"], "--least: must be above 0 N, got -5 N"),
+        (["--bandwidth", "0 Hz"], "--bandwidth: must be above 0 Hz, got 0 Hz"),
+        (["--linear", "-1 deg/N"], "--linear: must be at least 0 rad/N, got -1 deg/N"),
+        (["--quadratic", "1 mm"], "--quadratic: '1 mm' is not a quantity in rad/N2"),
+        (["--air", "30"], "--air: '30' has no unit"),
         (["--air", "0.5 m..0.6 m"], "--air: no row of the log lies in the air cut at an even speed"),
     ],
 )

@@ -1,10 +1,8 @@
-"""What docs/cutting.md lets a reader copy runs, and says what it prints."""
+"""The table of docs/cutting.md is right, and what makes no chip is found.  Its Python runs in tests/text."""
 
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -27,17 +25,6 @@ bandwidth = "20 Hz"
 
 def toml() -> str:
     return EXPERIMENT.format(cutting=re.search(r"```toml\n(.*?)```", PAGE, re.S)[1])
-
-
-@pytest.mark.full
-def test_the_python_of_the_page_runs():
-    first, second = re.findall(r"```python\n(.*?)```", PAGE, re.S)
-    done = subprocess.run([sys.executable, "-c", first], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "the wall leans by 0.10" in done.stdout
-    done = subprocess.run([sys.executable, "-c", second], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == re.search(r"```text\n(stable.*?)```", PAGE, re.S)[1]
 
 
 def test_the_table_of_the_page_is_found_right(gough, write):

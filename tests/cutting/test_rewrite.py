@@ -108,13 +108,13 @@ def test_linuxcnc_moves_where_gough_does(tmp_path):
         ("G0 X0 Y0 Z0\nG1 X[25+25] F600\nM2\n", "part.ngc:2: a line whose tool leans must do no more than move, got "),
         (
             "G91\nG1 X25 F600\nX25\nM2\n",
-            "part.ngc:5: the corrected program does not come to the path that was meant, got",
+            "part.ngc:2: the corrected program does not come to the path that was meant, got",
         ),
         (
             "G93\nG1 X50 F10\nM2\n",
             "part.ngc: the corrected program cannot be read back, got part.ngc:5: G1 without F in its own block",
         ),
-        ("G20\nG1 X2 F60\nM2\n", "part.ngc:"),
+        ("G20\nG1 X2 F60\nM2\n", "part.ngc:2: the corrected program does not come to the path that was meant, got"),
         ("o1 repeat [2]\nG1 X25 F600\nG1 X0\no1 endrepeat\nM2\n", "must run once, got 2 moves; write out the loop"),
     ],
 )

@@ -84,6 +84,18 @@ def test_a_wall_behind_the_end_of_the_path_is_refused():
         cutting.check_path(0.5, 0.0)
 
 
+def test_a_wall_before_the_beginning_of_the_path_is_refused():
+    for wall in (
+        {"places": [-0.06, -0.03], "radial": [1e-3]},
+        {"places": [-0.06, -0.03, 0.1], "radial": [1e-3, 0.0]},
+        {"places": [-0.06, 0.0], "radial": [0.0, 1e-3], "form": "linear"},
+    ):
+        cutting = cut().replace(wall=Wall(axial_depth=18e-3, **wall))
+        with pytest.raises(ExperimentError, match="the wall ends before the path begins"):
+            cutting.check_path(0.15, 0.1)
+    cut(places=[-0.06, 0.03]).check_path(0.15, 0.1)
+
+
 def test_a_cut_goes_to_a_file_and_comes_back():
     cutting = cut(mill(runout=5e-6, extension=75e-3), deflection=Beam(), start_angle=0.3)
     assert Cutting.from_file(cutting.to_file()) == cutting

@@ -14,6 +14,8 @@ def test_table_3_comes_out_of_its_own_forces():
     rows = milling_rows._commands()
     assert len(rows) == 6 and {row.verdict for row in rows} == {MET}
     assert_allclose([row.published for row in rows[::2]], [-12e-6, -19e-6, -26e-6], rtol=0)
+    # of the forces as they are printed, not of some within their last digit
+    assert_allclose([row.measured for row in rows[1::2]], milling.BELIEVED.inclination([38.0, 58.0, 76.0]), rtol=1e-12)
     assert all(row.calibrated for row in rows)
 
 
@@ -39,6 +41,7 @@ def test_the_stairs_of_table_3_and_their_walls_are_met(stairs):
     rows = milling_rows._stairs(stairs)
     assert [row.claim for row in rows if row.verdict != MET] == []
     assert len(rows) == 14
+    assert "up to 15 um from its level until then" in rows[-1].note  # in the loop the step is seen
 
 
 @pytest.mark.full

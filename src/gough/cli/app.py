@@ -305,31 +305,33 @@ def compensate(
     ],
     height: Annotated[str, typer.Option("--height", help='Height of the wall, as "18 mm".')],
     machine: Annotated[
-        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet.  [default: the log's]")
+        str | None, typer.Option("--machine", "-m", help="A library machine or a data sheet.  (default: the log's)")
     ] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="A map (.toml) of a recorded log's columns.")] = None,
     flexible: Annotated[
-        bool, typer.Option("--flexible", help="Add what the machine gives way, by [[compliance]] of its sheet.")
+        bool, typer.Option("--flexible", help="Add what the machine gives way, by the compliance tables of its sheet.")
     ] = False,
     air: Annotated[
         str | None,
-        typer.Option("--air", help='Way through air, to tare on: "5 mm..30 mm" of the path.  [default: no taring]'),
+        typer.Option("--air", help='Way through air, to tare on: "5 mm..30 mm" of the path.  (default: no taring)'),
     ] = None,
     least: Annotated[str, typer.Option("--least", help="Force below which nothing is cut.")] = "10 N",
     linear: Annotated[
-        str | None, typer.Option("--linear", help='Of the tool\'s law.  [default: "9.08e-4 deg/N"]')
+        str | None, typer.Option("--linear", help='c_1 of the tool\'s law.  (default: "8.93e-4 deg/N")')
     ] = None,
     quadratic: Annotated[
-        str | None, typer.Option("--quadratic", help='Of the tool\'s law.  [default: "2.42e-6 deg/N2"]')
+        str | None, typer.Option("--quadratic", help='c_2 of the tool\'s law.  (default: "2.56e-6 deg/N2")')
     ] = None,
     bandwidth: Annotated[
         str, typer.Option("--bandwidth", help="Of the force, where the log has no estimate.")
     ] = "10 Hz",
     fine: Annotated[str, typer.Option("--fine", help="Steps of the tilt that get a line of their own.")] = "0.003 deg",
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="The corrected program.  [default: PART-compensated.ngc]")
+        Path | None, typer.Option("--out", "-o", help="The corrected program.  (default: PART-compensated.ngc)")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there (never the original).")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace a file that is there (never the original or the log).")
+    ] = False,
     json: Json = False,
     quiet: Quiet = False,
     debug: Debug = False,

@@ -37,7 +37,9 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
             )
     outcome.data.update(file=str(file), kind=kind, **told)
     if not quiet:
-        parts = ", ".join(f"{_LABELS.get(key, key)} {_text(key, value)}" for key, value in told.items())
+        parts = ", ".join(
+            _LABELS.get(key, key) + ("" if value is True else f" {_text(key, value)}") for key, value in told.items()
+        )
         outcome.say(f"{file}: {kind}, no mistakes; {parts}")
 
 
@@ -118,14 +120,15 @@ def _tune(experiment: Experiment) -> dict[str, Any]:
 
 
 def _check_cut(experiment: Experiment, motion: Any) -> None:
-    """Refuse a cut that the program does not make."""
+    """Refuse a cut that the program does not make, or air that it does not pass."""
     from ..simulate.cut import check
+    from ..simulate.leaning import check_air
 
-    if experiment.plant is not None:
-        try:
-            check(experiment.plant.cutting, motion)
-        except InputError as error:
-            raise experiment.document.locate(error) from None
+    try:
+        check(None if experiment.plant is None else experiment.plant.cutting, motion)
+        check_air(experiment.compensation, motion)
+    except InputError as error:
+        raise experiment.document.locate(error) from None
 
 
 def _check_loops(experiment: Experiment, duration: float) -> None:

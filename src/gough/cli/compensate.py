@@ -13,7 +13,7 @@ from ..cutting.deflection import Leaning
 from ..cutting.giving import Giving
 from ..cutting.profile import Profile, profile_of, thinned
 from ..cutting.rewrite import Changed, rewritten
-from ..errors import ExperimentError, LogError
+from ..errors import ExperimentError, LogError, UnitError
 from ..files import write_atomic
 from ..log import Log
 from ..log.outside import load_map
@@ -56,12 +56,16 @@ def compensate_file(
         the corrected program leaves the machine's limits: line and amount.
     """
     out = out or part.with_name(f"{part.stem}-compensated{part.suffix}")
-    if out.resolve() == part.resolve() or (out.exists() and part.exists() and out.samefile(part)):
-        raise ExperimentError(
-            "would overwrite the original program", key="--out", value=str(out), cure="choose another name"
-        )
+    for what, file in (("original program", part), ("log", log_file), ("map", map_file)):
+        if file is not None and _same(out, file):
+            raise ExperimentError(
+                f"would overwrite the {what}", key="--out", value=str(out), cure="choose another name"
+            )
     if out.exists() and not force:
         raise ExperimentError("there is a file already", file=str(out), cure="choose another name, or add --force")
+    height, least = _above("--height", asked.height, "m"), _above("--least", asked.least, "N")
+    bandwidth, fine = _above("--bandwidth", asked.bandwidth, "Hz"), _above("--fine", asked.fine, "rad")
+    law, air = _law(asked), None if asked.air is None else _range(asked.air)
     log, machine = _read(log_file, machine_name, map_file)
     program = _program(part, log, log_file)
     flexible = None
@@ -71,13 +75,9 @@ def compensate_file(
         except ExperimentError as error:
             raise ExperimentError(problems=[replace(one, key="--flexible") for one in error.problems]) from None
     motion = program.plan(machine)
-    height, law = to_si(asked.height, "m"), _law(asked)
-    if not height > 0:
-        raise ExperimentError("must be above 0 m", key="--height", value=asked.height)
-    air = None if asked.air is None else _range(asked.air)
     try:
-        rows = felt(log, machine, motion.path, to_si(asked.bandwidth, "Hz"))
-        found = profile_of(motion.path, *rows, air=air, least=to_si(asked.least, "N"))
+        rows = felt(log, machine, motion.path, bandwidth)
+        found = profile_of(motion.path, *rows, air=air, least=least)
     except LogError as error:
         raise error.at(file=str(log_file)) from None
     tilt, shift = command(law, found.force, height)
@@ -86,7 +86,6 @@ def compensate_file(
         moved, turned = _given(flexible, motion.path, found, height)
         tilt, shift = tilt - turned, shift + moved
         told = {"gives": float(np.abs(moved).max()), "turns": float(np.abs(turned).max())}
-    fine = to_si(asked.fine, "rad")
     kept = np.union1d(thinned(found.s, tilt, fine), thinned(found.s, shift, fine * height))
     made = rewritten(program, found.s[kept], tilt[kept], height, shift[kept])
     check_motion(machine, made.program.plan(machine), PERIOD)
@@ -153,18 +152,40 @@ def _lines(count: int) -> str:
 
 def _law(asked: Asked) -> Leaning:
     given = {}
-    if asked.linear is not None:
-        given["linear"] = to_si(asked.linear, "rad/N")
-    if asked.quadratic is not None:
-        given["quadratic"] = to_si(asked.quadratic, "rad/N2")
+    for name, text, unit in (("linear", asked.linear, "rad/N"), ("quadratic", asked.quadratic, "rad/N2")):
+        if text is not None:
+            given[name] = _number(f"--{name}", text, unit)
+            if given[name] < 0:
+                raise ExperimentError(f"must be at least 0 {unit}", key=f"--{name}", value=text)
     return Leaning(**given)
+
+
+def _number(option: str, text: str, unit: str) -> float:
+    """SI value of an option; its name is in the error."""
+    try:
+        return to_si(text, unit)
+    except UnitError as error:
+        raise error.at(key=option) from None
+
+
+def _above(option: str, text: str, unit: str) -> float:
+    """SI value of an option that must be above 0."""
+    value = _number(option, text, unit)
+    if not value > 0:
+        raise ExperimentError(f"must be above 0 {unit}", key=option, value=text)
+    return value
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether two names are of one file, by another spelling or a link."""
+    return one.resolve() == other.resolve() or (one.exists() and other.exists() and one.samefile(other))
 
 
 def _range(text: str) -> tuple[float, float]:
     first, dots, last = text.partition("..")
     if not dots:
         first, last = "0 mm", text
-    low, high = to_si(first.strip(), "m"), to_si(last.strip(), "m")
+    low, high = (_number("--air", one.strip(), "m") for one in (first, last))
     if not 0 <= low < high:
         raise ExperimentError(
             "must go from a place to one behind it", key="--air", value=text, cure='write "5 mm..30 mm"'

@@ -107,6 +107,12 @@ class Cutting(Part):
         wall = self.wall
         inside = wall.places[:-1][wall.radial[: len(wall.places) - 1] > 0]
         first = inside.min() if len(inside) else wall.places[-2]
+        last = wall.places[1:][wall.radial > 0].max() if wall.form == "stairs" else wall.places[-1]
+        if last <= 0:
+            raise ExperimentError(
+                "the wall ends before the path begins", key="plant.cutting.wall.places", value=f"{last:g} m",
+                limit="0 m", cure="places count metres along the path",
+            )  # fmt: skip
         if first >= length:
             raise ExperimentError(
                 "the wall begins behind the end of the path", key="plant.cutting.wall.places", value=f"{first:g} m",

@@ -98,7 +98,7 @@ def _even(t, s_r) -> np.ndarray:
 
 
 def thinned(s, value, tolerance: float) -> np.ndarray:
-    """Rows (k,) of a chain of straight lines that leaves value (n,) over s (n,) by `tolerance` at most."""
+    """Rows (k,) of a chain of straight lines that leaves value (n,) over s (n,) by `tolerance` >= 0 at most."""
     keep = np.zeros(len(s), bool)
     keep[[0, -1]] = True
     todo = [(0, len(s) - 1)]

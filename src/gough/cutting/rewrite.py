@@ -75,7 +75,7 @@ def rewritten(program: NCProgram, s, tilt, height: float, shift=None) -> Rewritt
             of_line.setdefault(int(path.line[i]), []).append(i)
     changes, out = [], []
     at = meant.written(meant.start())
-    ends: list[tuple[np.ndarray, float]] = []  # where each move should end, and at what feed
+    ends: list[tuple[np.ndarray, float, int]] = []  # where each move should end, at what feed, and of which line it is
     displaced, replaced_arc = False, False
     for number, text in enumerate(lines, 1):
         blocks = of_line.get(number, [])
@@ -83,7 +83,7 @@ def rewritten(program: NCProgram, s, tilt, height: float, shift=None) -> Rewritt
         implicit = replaced_arc and blocks and not _motion_of(text)
         if not (leans or (displaced and blocks) or implicit):
             out.append(text)
-            ends += [(meant.end(i), path.feed[i]) for i in blocks]
+            ends += [(meant.end(i), path.feed[i], number) for i in blocks]
             if blocks:
                 at, replaced_arc = meant.written(meant.end(blocks[-1])), False
             continue
@@ -98,7 +98,7 @@ def rewritten(program: NCProgram, s, tilt, height: float, shift=None) -> Rewritt
             rapid = path.rapid[i]
             feed = "" if rapid or now else f" F{_text(60e3 * path.feed[i], 6)}"
             now.append(f"{'G0' if rapid else 'G1'}{words}{feed}")
-            ends.append((pose, path.feed[i]))
+            ends.append((pose, path.feed[i], number))
             at = target
         displaced = meant.leans_at(meant.end_s(i))
         replaced_arc = path.kind[i] in (ARC, ELLIPSE)
@@ -228,7 +228,7 @@ def _check_line(program, text, number, blocks):
         )
 
 
-def _read_back(program: NCProgram, text: str, ends: list[tuple[np.ndarray, float]]) -> NCProgram:
+def _read_back(program: NCProgram, text: str, ends: list[tuple[np.ndarray, float, int]]) -> NCProgram:
     """The program with a new text, which must come to the path and the feeds that were meant."""
     try:
         made = program.replace(text=text)
@@ -240,13 +240,13 @@ def _read_back(program: NCProgram, text: str, ends: list[tuple[np.ndarray, float
     rows = np.flatnonzero((path.kind != REST) | path.turning_at_rest)
     found = np.concatenate([path.point(rows, path.length[rows]), path.angles(rows, path.extent[rows])], 1)
     if len(rows) == len(ends):
-        off = np.abs(found - np.array([pose for pose, _ in ends])).max(1)
-        feed = np.array([feed for _, feed in ends])
+        off = np.abs(found - np.array([pose for pose, _, _ in ends])).max(1)
+        feed = np.array([feed for _, feed, _ in ends])
         slow = ~path.rapid[rows] & (np.abs(path.feed[rows] - feed) > 1e-6 * feed)
         bad = np.flatnonzero((off > _SAME) | slow)
         if not len(bad):
             return made
-        line, value = int(path.line[rows[bad[0]]]), f"{off[bad[0]]:.3g} m or rad beside its place"
+        line, value = ends[bad[0]][2], f"{off[bad[0]]:.3g} m or rad beside its place"
         if off[bad[0]] <= _SAME:
             value = f"a feed of {path.feed[rows[bad[0]]]:g} m/s instead of {feed[bad[0]]:g}"
     else:

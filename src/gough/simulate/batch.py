@@ -76,6 +76,7 @@ class Batch:
             cut.check_batch([plant.cutting for plant in plants])
             for plant in {id(plant): plant for plant in plants}.values():
                 cut.check(plant.cutting, self.motion)
+            leaning.check_air(compensation, self.motion)
             self.ticks = self.motion.count(run.period)
             self._check_rows()
             self.asked = supervision_of(machine, run, trip_of(machine, run.ferror, run.min_ferror))

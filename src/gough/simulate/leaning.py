@@ -65,6 +65,18 @@ def check(machine, observer, compensation: Compensation | None) -> None:
         raise ExperimentError("only a machine with six freedoms can lean its tool", key="machine", value=machine.name)
 
 
+def check_air(compensation: Compensation | None, motion) -> None:
+    """Refuse a way through air that the path does not hold: the tool would never lean.  ExperimentError."""
+    if compensation is None:
+        return
+    length = float(getattr(motion, "course", motion).path.s0[-1])
+    if compensation.air[1] >= length:
+        raise ExperimentError(
+            "the air cut ends behind the end of the path: the tool would never lean", key="compensation.air",
+            value=f"{compensation.air[1]:g} m", limit=f"{length:g} m", cure="places count metres along the path",
+        )  # fmt: skip
+
+
 def parameters(believed, compensation: Compensation | None) -> dict[str, np.ndarray]:
     """The parameters that it adds to those of a run."""
     return {} if compensation is None else {"theta_leaning": compensation.theta, "theta_believed": believed.theta}

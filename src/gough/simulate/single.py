@@ -44,6 +44,7 @@ class Single:
             self.motion = program.plan(machine)
             self.law.check_motion(self.motion, run.period)
             cut.check(plant.cutting, self.motion)
+            leaning.check_air(compensation, self.motion)
             self.ticks = self.motion.count(run.period)
             rows = -(-self.ticks // run.log_every)
             if rows > MOST_ROWS:
