@@ -4,7 +4,8 @@ The tree: one body without joints, the base, holds all, for Pinocchio reads one 
 its frame T (a tool frame P is folded in), free by three slides x y z, whose coordinates are p_WT, and a ball joint,
 whose quaternion q turns it from home: R_WT = R_home R(q); its velocity is w in axes of T.  And the legs, as
 mjcf_hexapod.py, mjcf_hexaglide.py and mjcf_tripod.py write them.  The loops are closed by an equality `connect` of the
-leg's and the platform's joint, three rows a leg, which leave the freedoms of the machine.
+leg's and the platform's joint, three rows a leg, which leave the freedoms of the machine.  A hybrid machine and an axis
+have no such platform: mjcf_hybrid.py, mjcf_axis.py.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ from .mjcf_parts import Kind, number, viscous
 
 __all__ = ["mjcf", "positions", "stiffness", "strut_frame", "viscous"]
 
-KINDS = {"hexapod": ".mjcf_hexapod", "hexaglide": ".mjcf_hexaglide", "tripod": ".mjcf_tripod"}
+KINDS = {
+    "hexapod": ".mjcf_hexapod", "hexaglide": ".mjcf_hexaglide", "tripod": ".mjcf_tripod", "hybrid": ".mjcf_hybrid",
+    "axis": ".mjcf_axis",
+}  # fmt: skip
 
 # MuJoCo holds the loops by springs with dampers: a rate w = 1 / (time constant x damping ratio), and a share d of the
 # exact constraint force.  Its own: 20 ms and 0.9 to 0.95.  "stiff": as stiff as a step h bears, critically damped.
@@ -71,13 +75,13 @@ def mjcf(machine, loops: str = "default", timestep: float | None = None) -> str:
     mjcf_shapes.visual(root)
     base = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name="base")
     ET.SubElement(base, "inertial", pos="0 0 0", mass="0", diaginertia="0 0 0")  # Pinocchio wants one of every body
-    mjcf_parts.platform(base, machine, kind.platform_end)
+    if kind.platform_end:
+        mjcf_parts.platform(base, machine, kind.platform_end)
     kind.legs(base, machine)
     equality = ET.SubElement(root, "equality")
     pull = stiffness(step) if loops == "stiff" else {}
-    for i in range(1, machine.joints_count + 1):
-        ends = {"site1": kind.leg_end.format(i), "site2": kind.platform_end.format(i)}
-        ET.SubElement(equality, "connect", name=f"joint {i}", **ends, **pull)
+    for name, one, other in kind.loops(machine):
+        ET.SubElement(equality, "connect", name=name, site1=one, site2=other, **pull)
     _drives(root, machine, kind)
     _home(root, machine, kind)
     ET.indent(root, "  ")
@@ -116,10 +120,10 @@ def _drives(root, machine, kind: Kind):
     """Motors on the slides, in N, and what a controller reads."""
     limit = force_limit(machine.drive)
     actuator, sensor = ET.SubElement(root, "actuator"), ET.SubElement(root, "sensor")
-    for i in range(1, machine.joints_count + 1):
+    for i, joint in enumerate(kind.driven(machine), 1):
         bound = {} if limit is None else {"ctrlrange": number([-limit, limit])}
-        ET.SubElement(actuator, "motor", name=f"drive {i}", joint=f"{kind.joint} {i}", **bound)
-        ET.SubElement(sensor, "jointpos", name=f"{kind.reading} {i}", joint=f"{kind.joint} {i}")
+        ET.SubElement(actuator, "motor", name=f"drive {i}", joint=joint, **bound)
+        ET.SubElement(sensor, "jointpos", name=f"{kind.reading} {i}", joint=joint)
     ET.SubElement(sensor, "framepos", name="tool position", objtype="site", objname="tool")
     ET.SubElement(sensor, "framequat", name="tool orientation", objtype="site", objname="tool")
 
@@ -136,11 +140,14 @@ def _note(machine, kind: Kind, loops: str) -> str:
     from .. import __version__
 
     left_out = ["joint cones", "delay and resolution of the drives"]
+    if machine.compliance:
+        left_out.append("compliance: all joints are rigid")
     if machine.friction is not None:
         left_out.append(f"all friction of kind {machine.friction.kind} but its constant viscous part")
+    joint = " ".join(f'"{name}"' for name in kind.names) if kind.names else f'"{kind.joint} i"'
     text = f"""
   gough {__version__}: machine {machine.name}, SI units, W fixed in the base.  Loops: {loops}.
-  Joint "{kind.joint} i" is {kind.said}, its motor the force along it in N; key frame "home" is at rest.
+  Joint {joint} is {kind.said}, its motor the force along it in N; key frame "home" is at rest.
   Left out: {", ".join(left_out)}.
 """
     return text.replace("--", "- -")  # a comment of XML holds no double hyphen

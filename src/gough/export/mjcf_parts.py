@@ -25,10 +25,23 @@ class Kind(NamedTuple):
     legs: Callable  # (base element, machine): what stands on the base and carries the platform
     positions: Callable  # (machine, task coordinates): qpos
     leg_end: str  # name of the site at the end of a leg, with a place for its number
-    platform_end: str  # the same on the platform
+    platform_end: str  # the same on the platform; "" for a machine without one
     joint: str  # name of the driven joints
     reading: str  # name of their sensors
     said: str  # what that joint is, in the file
+    names: tuple[str, ...] = ()  # of the driven joints, where they are not numbered
+    pairs: tuple[tuple[str, str, str], ...] = ()  # name and both sites of a loop, where there is no platform
+
+    def driven(self, machine) -> list[str]:
+        """The names of the driven joints, in gough's order."""
+        return list(self.names) or [f"{self.joint} {i}" for i in range(1, machine.joints_count + 1)]
+
+    def loops(self, machine) -> list[tuple[str, str, str]]:
+        """Name and both sites of every `connect`."""
+        if not self.platform_end:
+            return list(self.pairs)
+        numbers = range(1, machine.joints_count + 1)
+        return [(f"joint {i}", self.leg_end.format(i), self.platform_end.format(i)) for i in numbers]
 
 
 def number(value) -> str:

@@ -69,6 +69,16 @@ def rails(world, machine) -> None:
         _geom(world, "capsule", [0.02], _CAST, fromto=fromto)
 
 
+def rail(body, ends) -> None:
+    """A bar between two points (2, 3)."""
+    _geom(body, "capsule", [0.02], _CAST, fromto=np.ravel(ends))
+
+
+def block(body) -> None:
+    """A carriage."""
+    _geom(body, "box", [0.06, 0.06, 0.06], _STEEL)
+
+
 def carriage(body, leg, length: float) -> None:
     """A block on its rail, and the bar of `length` from it."""
     _geom(body, "box", [0.05, 0.05, 0.05], _CAST)
