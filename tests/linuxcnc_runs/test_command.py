@@ -153,8 +153,8 @@ def test_options_that_linuxcnc_would_not_know_of_are_refused(key, value, monkeyp
 
 
 @needs_linuxcnc
-@pytest.mark.full
-@pytest.mark.parametrize("delete", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("delete", [True, False])
 def test_lines_with_a_slash_are_left_out_as_gough_leaves_them_out(delete):
     program = NCProgram(text="G21 G90\nG1 F1200 X1\n/G1 Y2\nM2\n", block_delete=delete)
     found = record(program, machine_of("nist-octahedral"), timeout=60)

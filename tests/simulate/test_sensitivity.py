@@ -73,7 +73,7 @@ def test_the_gradient_of_computed_torque_is_that_of_finite_differences_of_second
     assert away[0] / away[1] == pytest.approx(4, rel=0.02) and away[1] / away[2] == pytest.approx(4, rel=0.02)
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_several_gains_of_a_joint_loop_and_bristles_have_a_gradient_too(sheet, smooth):
     """PID with three gains, LuGre friction: kinks of |v|, no jumps."""
     bristles = {"kind": "lugre", "coulomb": 300.0, "static": 400.0, "stribeck": 2e-3, "viscous": 930.0}

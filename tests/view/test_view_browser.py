@@ -63,7 +63,7 @@ def apart(a: np.ndarray, b: np.ndarray) -> float:
     return float((np.abs(a - b).max(-1) > 24).mean())
 
 
-@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.slow), 400])
 def test_the_exported_scene_plays_from_disk(browser, run_log, tmp_path, width):
     from gough.view.page import page
     from gough.view.scene import scene_of
@@ -89,7 +89,7 @@ def test_the_exported_scene_plays_from_disk(browser, run_log, tmp_path, width):
     seen.page.close()
 
 
-@pytest.mark.parametrize("width", [1280, 400])
+@pytest.mark.parametrize("width", [1280, pytest.param(400, marks=pytest.mark.slow)])
 def test_the_live_viewer_moves_with_its_slider_and_plays(browser, run_log, width):
     from gough.view.live import Live
     from gough.view.scene import scene_of
