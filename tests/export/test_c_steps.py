@@ -60,7 +60,7 @@ def hold_step_by_step(stepper, rows):
         assert np.array_equal(found, expected), k
 
 
-LONG = pytest.param("gravity_compensation", marks=pytest.mark.slow)  # 690 kB of C a machine
+COSTLY = pytest.param("gravity_compensation", marks=pytest.mark.slow)  # 690 kB of C a machine
 
 
 @needs_gcc
@@ -70,7 +70,7 @@ def test_a_law_in_c_steps_with_the_bits_of_one_lane(tmp_path):
 
 @needs_gcc
 @pytest.mark.full
-@pytest.mark.parametrize("kind", [LONG if kind == LONG.values[0] else kind for kind in OWN])
+@pytest.mark.parametrize("kind", [COSTLY if kind == COSTLY.values[0] else kind for kind in OWN])
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_law_on_every_machine_in_c_steps_with_the_bits_of_one_lane(name, kind, tmp_path):
     try:
