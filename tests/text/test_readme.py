@@ -67,8 +67,3 @@ def test_the_example_runs_and_its_assertions_hold(path):
 def test_the_example_experiment_is_found_right(path):
     done = subprocess.run([*CLI, "check", path], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_every_link_of_the_readme_leads_somewhere():
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target
