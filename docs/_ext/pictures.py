@@ -38,10 +38,10 @@ class Pictures(SphinxDirective):
 
     required_arguments = 1
 
-    def picture(self, path: Path, caption: str) -> nodes.Node:
+    def picture(self, path: Path, told: str, caption: str = "") -> nodes.Node:
         here = Path(self.env.doc2path(self.env.docname)).parent
         self.env.note_dependency(str(path))
-        figure = nodes.figure("", nodes.image(uri=os.path.relpath(path, here), alt=caption))
+        figure = nodes.figure("", nodes.image(uri=os.path.relpath(path, here), alt=told), classes=["drawn"])
         if caption:
             figure += nodes.caption("", caption)
         return figure
@@ -69,7 +69,7 @@ class Example(Pictures):
             return [self.missing(f"python tools/gallery.py {one.file.name[:2]}")]
         command = " ".join([*one.command, str(one.file.relative_to(ROOT))])
         shown = nodes.literal_block(command, command, language="console")
-        return [shown, self.picture(one.drawn, ""), *folded(one.file)]
+        return [shown, self.picture(one.drawn, f"What {one.file.name} draws"), *folded(one.file)]
 
 
 def folded(file: Path) -> list[nodes.Node]:
@@ -93,7 +93,7 @@ class Study(Pictures):
         made = json.loads((folder / "study.json").read_text("utf-8"))
         day = datetime.fromtimestamp((folder / "study.json").stat().st_mtime, UTC).date()
         out = [nodes.paragraph("", self._state(made, day))]
-        out += [self.picture(folder / one["file"], one["caption"]) for one in made["figures"]]
+        out += [self.picture(folder / one["file"], one["caption"], one["caption"]) for one in made["figures"]]
         out += [nodes.paragraph("", f"All {len(made['rows'])} rows, as the command printed them:"), table(made["rows"])]
         return out
 
