@@ -59,7 +59,7 @@ def test_f2_a_killed_run_leaves_the_old_results_and_the_next_one_cleans_up(gough
 
 @pytest.mark.parametrize("number, word", [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
 @pytest.mark.parametrize("wait", [0.0, 0.6, 2.5], ids=["while it prepares", "while it compiles", "while it runs"])
-@pytest.mark.full
+@pytest.mark.full("while it prepares-2-*", "while it runs-2-*", "while it compiles-15-*")
 def test_f3_a_signal_ends_a_run_within_two_seconds_and_leaves_nothing(write, tmp_path, number, word, wait):
     write("f.toml", EXPERIMENT, LONG)
     # a job that a shell put into the background would ignore Ctrl-C, and so would all it starts

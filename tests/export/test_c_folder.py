@@ -88,7 +88,7 @@ def test_an_experiment_passes_its_own_test_under_address_and_undefined_behaviour
 
 @needs_gcc
 @needs_make
-@pytest.mark.full
+@pytest.mark.full("nist-octahedral-constant", "ifma-hsm-argument", "ccu-3prs-constant", "emps-*")
 @pytest.mark.parametrize("theta", ["constant", "argument"])
 @pytest.mark.parametrize("machine", LIBRARY)
 def test_every_machine_passes_its_own_test(machine, theta, tmp_path):

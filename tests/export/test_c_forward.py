@@ -48,7 +48,7 @@ def test_two_thousand_poses_of_the_default_hexapod_are_found_from_anywhere(genhe
     assert np.degrees(np.abs(x[:, 5]).max()) > 79  # as far as the sheet lets it turn
 
 
-@pytest.mark.full
+@pytest.mark.full("nist-octahedral")
 @pytest.mark.parametrize("name", MACHINES[:4])
 def test_poses_of_every_machine_that_needs_a_search_are_found_from_anywhere(name, tmp_path):
     hold_everywhere(InC(tmp_path, gk.load_machine(name)), 5000)

@@ -57,7 +57,7 @@ def test_a_hexapod_in_c_gives_what_python_gives_at_a_thousand_poses(genhex):
 
 
 @needs_gcc
-@pytest.mark.full
+@pytest.mark.full("nist-octahedral", "emps")
 @pytest.mark.parametrize("name", MACHINES, ids=lambda name: Path(name).stem)
 def test_every_machine_in_c_gives_what_python_gives_at_a_hundred_thousand_poses(name, tmp_path):
     machine = gk.load_machine(name)
@@ -65,7 +65,7 @@ def test_every_machine_in_c_gives_what_python_gives_at_a_hundred_thousand_poses(
 
 
 @needs_gcc
-@pytest.mark.full
+@pytest.mark.full("nist-octahedral", "eth-hexaglide", "emps")
 @pytest.mark.parametrize("name", MACHINES, ids=lambda name: Path(name).stem)
 def test_inverse_kinematics_in_c_has_the_bits_of_one_lane(name, tmp_path):
     machine = gk.load_machine(name)
@@ -76,7 +76,7 @@ def test_inverse_kinematics_in_c_has_the_bits_of_one_lane(name, tmp_path):
     assert np.array_equal(found, expected)
 
 
-@pytest.mark.full
+@pytest.mark.full("ccu-3prs-clang", "nist-octahedral-*", "ifma-hsm-gcc")
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", MACHINES, ids=lambda name: Path(name).stem)
 def test_no_compiler_warns_of_a_machine_even_where_it_looks_hardest(name, compiler, tmp_path):

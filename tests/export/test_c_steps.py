@@ -69,7 +69,7 @@ def test_a_law_in_c_steps_with_the_bits_of_one_lane(tmp_path):
 
 
 @needs_gcc
-@pytest.mark.full
+@pytest.mark.full("okuma-pm600-*", "ifma-hsm-flexible_feedforward", "ccu-3prs-p*")
 @pytest.mark.parametrize("kind", [COSTLY if kind == COSTLY.values[0] else kind for kind in OWN])
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_law_on_every_machine_in_c_steps_with_the_bits_of_one_lane(name, kind, tmp_path):
@@ -91,7 +91,7 @@ def test_tasks_of_a_law_run_when_they_are_due_and_only_then(tmp_path):
 
 
 @needs_gcc
-@pytest.mark.full
+@pytest.mark.full("okuma-pm600-*", "ifma-hsm-*")
 @pytest.mark.parametrize("kind", OBSERVERS)
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_observer_in_c_steps_with_the_bits_of_one_lane_over_missing_samples_too(name, kind, tmp_path):

@@ -18,7 +18,6 @@ from gough.export.fmu.model import model_of
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy (extra fmi) is not installed")
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("okuma-pm600", "eth-hexaglide", "ifma-hsm")]
 PATHS = {"emps": gk.Polyline(points=[[0, 0, 0], [0.1, 0, 0], [0.02, 0, 0]], feed=0.1)}
 
 
@@ -71,8 +70,8 @@ def made(tmp_path_factory):
     return make
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("name", ["nist-octahedral", "ccu-3prs", "emps", *SLOW])
+@pytest.mark.full("ccu-3prs", "emps")
+@pytest.mark.parametrize("name", ["nist-octahedral", "ccu-3prs", "emps", "okuma-pm600", "eth-hexaglide", "ifma-hsm"])
 def test_fmpy_finds_nothing_wrong_and_runs_it(made, name):
     from fmpy.validation import validate_fmu
 
@@ -99,7 +98,7 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.full
+@pytest.mark.full("okuma-pm600", "emps")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_a_loop_closed_outside_is_the_loop_that_gough_closes(made, tmp_path, name):
     """10 s, encoder steps and friction included: an axis PD in NumPy on the FMU, and in gk.simulate."""
@@ -131,8 +130,8 @@ def test_a_loop_closed_outside_is_the_loop_that_gough_closes(made, tmp_path, nam
     assert np.abs(np.diff(log["q"][:samples], axis=0)).max() > 1e-6  # it moved
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("name", ["nist-octahedral", pytest.param("ccu-3prs", marks=pytest.mark.slow), "emps"])
+@pytest.mark.full("nist-octahedral", "emps")
+@pytest.mark.parametrize("name", ["nist-octahedral", "ccu-3prs", "emps"])
 def test_forces_from_a_log_give_its_motion(made, tmp_path, name):
     machine, path = gk.load_machine(name), PATHS.get(name, gk.Circle(radius=0.01, feed=0.02))
     log = gk.simulate(machine, gk.PID(bandwidth=10.0), path)
@@ -269,3 +268,17 @@ def test_the_command_writes_it_whole_or_says_why_not(tmp_path):
         status, said = gough("export", "emps", "-t", "fmu", *arguments)
         assert status == 2 and text in said
     assert sorted(p.name for p in tmp_path.iterdir()) == ["axis.fmu"]
+
+
+@pytest.mark.full
+def test_without_a_compiler_the_command_says_that_sources_are_all_there_is(gough, tmp_path, monkeypatch):
+    (tmp_path / "empty").mkdir()
+    monkeypatch.setenv("PATH", str(tmp_path / "empty"))
+    done = gough("export", "emps", "-t", "fmu", "-o", "axis.fmu")
+    assert done.status == 0 and done.out.startswith("axis.fmu is written: ")
+    assert done.err == (
+        "warning: no C compiler (cc, gcc) is here: the FMU holds its sources only, and few importers compile them; "
+        "install gcc and export again\n"
+    )
+    names = zipfile.ZipFile(tmp_path / "axis.fmu").namelist()
+    assert "sources/emps.c" in names and not any("binaries" in name for name in names)

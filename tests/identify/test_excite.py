@@ -118,7 +118,7 @@ def test_the_motion_shows_all_and_better_than_a_hundred_random_ones(hexaglide, f
     assert best.condition < 0.5 * np.min(others)
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_left_to_itself_it_halves_the_condition_number_of_straight_lines_with_turns(hexaglide):
     """Issue 6: the study's lines with turns of 8 deg, for which 32 is reported, and the least volume within the same
     limits, which is another aim."""
@@ -214,7 +214,7 @@ def test_what_cannot_be_is_refused(hexaglide):
         excite(tight, harmonics=2)
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_half_a_minute_shows_what_takes_minutes_to_learn():
     """Issue 6: the sheet's numbers wrong by a fifth, 20 s of machine time, friction with memory, encoders of 0.1 um:
     every parameter of table 1 within 1 %, where learning on line is asked for 5 %."""

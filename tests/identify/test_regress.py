@@ -81,7 +81,7 @@ def test_intervals_are_as_honest_when_noise_remembers():
     assert 0.90 < share < 0.98
 
 
-@pytest.mark.full
+@pytest.mark.full("eth-hexaglide")
 @pytest.mark.parametrize("name", MACHINES)
 def test_intervals_are_honest_on_every_machine(name):
     share, _ = coverage(name, 200, white)

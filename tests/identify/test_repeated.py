@@ -33,7 +33,7 @@ def planted_and_learned(machine, seed: int, cycles: int, period: float):
     return (found.values - found.base.K @ truth) / found.std, found.factor
 
 
-@pytest.mark.full
+@pytest.mark.full("eth-hexaglide-2-*")
 @pytest.mark.parametrize(
     "name, cycles, period", [("eth-hexaglide", 2, 3.0), ("eth-hexaglide", 6, 2.0), ("okuma-pm600", 2, 3.0)]
 )

@@ -51,7 +51,7 @@ def test_the_contour_error_has_the_blending_of_linuxcnc_in_it(tmp_path, capsys):
 
 
 @needs_linuxcnc
-@pytest.mark.full
+@pytest.mark.full("machine")
 @pytest.mark.parametrize(
     ("text", "said"),
     [

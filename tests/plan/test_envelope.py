@@ -113,12 +113,8 @@ def radius(machine, x, turned):
     return min(minimize(exit_along, d[i], method="Nelder-Mead", options=options).fun for i in taken)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize(
-    "name",
-    ["nist-octahedral", "ccu-3prs", *(pytest.param(one, marks=pytest.mark.slow) for one in LIBRARY[:-1]
-                                      if one not in ("nist-octahedral", "ccu-3prs"))],
-)  # fmt: skip
+@pytest.mark.full("ccu-3prs", "emps")
+@pytest.mark.parametrize("name", LIBRARY[:-1])
 def test_no_direction_leaves_the_ball_and_one_touches_it(name):
     machine = gk.load_machine(name)
     x = starts(machine)[-1]

@@ -168,7 +168,7 @@ def test_the_linear_estimate_is_of_second_order():
 PAGE = (Path(__file__).parents[2] / "docs" / "studies" / "chen2008.md").read_text()
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_the_averages_of_an_offset_start_are_those_of_single_runs_and_the_claims_hold_with_the_numbers_of_the_page():
     found = offsets.averages([np.zeros(3)])[0]
     assert_allclose(found * 1e6, [0.083, 4.78, 9.58], rtol=0.01)  # MACHINES.md 3.3: 0.113 / 4.79 / 9.59 by another step

@@ -130,7 +130,7 @@ def test_legs_that_are_known_cost_nothing_and_neglected_ones_what_their_mass_is(
 
 
 @quiet
-@pytest.mark.full
+@pytest.mark.slow
 def test_less_than_half_a_minute_of_an_optimal_motion_is_enough_off_line_and_on_line():
     """Issue 6: what took 5 to 10 minutes takes under 30 s of machine time, within what the paper says of the tool."""
     found = excitation.short()

@@ -64,7 +64,7 @@ def test_no_candidate_changes_a_bit_of_another_and_each_ranks_where_it_belongs(w
     assert re.fullmatch(r"force [\d.]+, limit 10", beyond.reason) and "bandwidth" in refused.reason
 
 
-@pytest.mark.full
+@pytest.mark.full("cma")
 @pytest.mark.parametrize("method", ["cma", "evolution"])
 def test_one_seed_is_one_tuning_and_the_best_is_the_best_of_all_tried(written, method):
     table = FEW.replace("}", ', "controller.speed_ratio" = [2, 8] }') + f'method = "{method}"\n'
@@ -147,7 +147,7 @@ def test_slopes_are_differences_of_the_goal_along_the_search_s_own_scale(written
         assert found[i] == pytest.approx((up - down) / 2e-3, rel=1e-2)
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_the_gradient_comes_as_far_as_evolution_with_fewer_candidates(written):
     blind = SMOOTH.replace("budget = 12", 'method = "evolution"\nbudget = 60')
     blind = tune(written(blind, text=TEXT + PERFECT))
