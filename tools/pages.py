@@ -10,6 +10,7 @@ A page is carried out from top to bottom in a folder of its own, in which `examp
     <!-- file: part.ngc -->            the block that follows is that file
     <!-- status: 2 -->                 the commands that follow end so
     <!-- not run: its reason -->       the block that follows is only shown
+    <!-- needs: linuxcnc -->           so is it where there is no such program
 
 Whatever else is fenced (toml, ngc, console) is only shown.  The first thing that differs ends the page with its line.
 """
@@ -20,6 +21,7 @@ import io
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -31,7 +33,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
-NOTE = re.compile(r"<!-- (file|status|not run): (.*?) -->\s*$")
+NOTE = re.compile(r"<!-- (file|status|not run|needs): (.*?) -->\s*$")
 LONGEST = 300  # s, of a page
 
 
@@ -78,7 +80,7 @@ def carry_out(path: Path) -> None:
     for block in blocks(path.read_text("utf-8")):
         kind, told = block.note or ("", "")
         place = f"{path.name}:{block.line}"
-        if kind == "not run":
+        if kind == "not run" or (kind == "needs" and shutil.which(told) is None):
             printed = None
         elif kind == "file":
             target = Path(told)
