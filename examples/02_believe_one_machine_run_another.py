@@ -1,6 +1,6 @@
 """Believe one machine, run another: a payload that nobody told the controller about.
 
-Neither law knows of the 50 kg.  Both hold them, and the struts tell: what they carry is 490 N more, all round the circle.
+Neither law knows of the 50 kg.  Both hold them, and the struts tell: they carry 490 N more, all round the circle.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ for law in (gk.PID(bandwidth=12.0), gk.ComputedTorque(bandwidth=16.0)):
         lift = np.array([machine.jacobian(x)[:, 2] @ u for x, u in zip(log["x"], log["u"], strict=True)])
         carried[payload] = lift[(log.t > 0.5) & (log.t < 2.5)].mean()
         if law.kind == "pid":
-            ax.plot(log.t, lift, label=f"{payload:.0f} kg that nobody told of" if payload else "the machine as believed")
+            ax.plot(log.t, lift, label=f"{payload:.0f} kg that nobody told of" if payload else "as believed")
     weight = carried[50.0] - carried[0.0]
     print(f"the struts carry {weight:.1f} N more")
     assert abs(weight - 50 * 9.81) < 5  # N, 1 %: what of the circle is not in the same phase

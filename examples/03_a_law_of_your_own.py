@@ -47,6 +47,6 @@ for width in (0.01, 0.04):
 assert log.dataset.attrs["status"] == "done"
 assert error[0.01] < error[0.04]  # a thinner layer is a higher gain
 
-style.label(ax, "A circle under the sliding surface: the thinner its layer, the nearer", "time [s]", "contour error [µm]")
+style.label(ax, "A circle: the thinner the layer, the nearer the tool", "time [s]", "contour error [µm]")
 style.legend(ax)
 style.save(ax, "results/03_a_law_of_your_own.png")

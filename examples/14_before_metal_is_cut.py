@@ -35,13 +35,14 @@ print(f"\nstroke, cones and singularity leave {best.before:.3f} at home, at best
 assert best.margin > best.before
 
 panels = style.new_panels(2, (8.0, 5.0))
-for ax, told, one in zip(panels, ("As written", "With feeds that every strut can follow"), (program, fixed.program), strict=True):
+told = {"As written": program, "With feeds that every strut can follow": fixed.program}
+for ax, (title, one) in zip(panels, told.items(), strict=True):
     motion = one.plan(machine)
     rows = motion.sample(0, motion.count(1e-3), 1e-3)
     for strut in range(6):
         ax.plot(1e-3 * np.arange(len(rows.qd)), abs(rows.qd[:, strut]), label=f"strut {strut + 1}")
     ax.axhline(machine.limits.speed, color=style.INK, linestyle="--")
-    style.label(ax, told, "", "speed [m/s]")
+    style.label(ax, title, "", "speed [m/s]")
 style.legend_above(panels[0])
 panels[1].set_xlabel("time [s]")
 style.save(panels[0], "results/14_before_metal_is_cut.png")

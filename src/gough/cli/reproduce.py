@@ -21,7 +21,6 @@ from ..study.page import write_page
 from ..study.source import source_hash
 from ..study.study import Beyond, Experiment, Figure, Study, Told
 from ..study.text import claims_table, notes, plain_table, summary
-
 from .end import Outcome, plain
 from .progress import Shown
 from .together import together
@@ -98,14 +97,12 @@ def _experiments(paper: str, groups: Sequence[Sequence[Experiment]], quiet: bool
 
 def made(claims: Sequence[Claim], figures: Sequence[Figure]) -> dict[str, Any]:
     """Rows as they are printed, figures with their captions, and of which source they are."""
+    kinds = ("published", "measured", "band")
     return {
         "schema": "gough-study-1",
         "gough": __version__,
         "source": source_hash(),
-        "rows": [
-            [claim.claim, *(claim.text(what) for what in ("published", "measured", "band")), claim.verdict, claim.remark]
-            for claim in claims
-        ],
+        "rows": [[one.claim, *map(one.text, kinds), one.verdict, one.remark] for one in claims],
         "figures": [{"file": figure.file, "caption": figure.caption} for figure in figures],
     }
 
