@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 
 import pytest
 
@@ -34,12 +32,9 @@ def ask(file, machine=MACHINE, **asked):
 
 
 @pytest.mark.full
-def test_exit_status_and_json_of_the_command(part, tmp_path):
+def test_exit_status_and_json_of_the_command(part, gough):
     def run(*arguments):
-        done = subprocess.run(
-            [sys.executable, "-m", "gough", "preflight", *map(str, arguments)], capture_output=True, text=True
-        )
-        return done.returncode, done.stdout, done.stderr
+        return gough("preflight", *arguments)
 
     status, text, _ = run(part(GOOD), "-m", MACHINE)
     assert status == 0 and "no limit is exceeded; nearest to one:" in text
