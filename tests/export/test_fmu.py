@@ -268,3 +268,17 @@ def test_the_command_writes_it_whole_or_says_why_not(tmp_path):
         status, said = gough("export", "emps", "-t", "fmu", *arguments)
         assert status == 2 and text in said
     assert sorted(p.name for p in tmp_path.iterdir()) == ["axis.fmu"]
+
+
+@pytest.mark.full
+def test_without_a_compiler_the_command_says_that_sources_are_all_there_is(gough, tmp_path, monkeypatch):
+    (tmp_path / "empty").mkdir()
+    monkeypatch.setenv("PATH", str(tmp_path / "empty"))
+    done = gough("export", "emps", "-t", "fmu", "-o", "axis.fmu")
+    assert done.status == 0 and done.out.startswith("axis.fmu is written: ")
+    assert done.err == (
+        "warning: no C compiler (cc, gcc) is here: the FMU holds its sources only, and few importers compile them; "
+        "install gcc and export again\n"
+    )
+    names = zipfile.ZipFile(tmp_path / "axis.fmu").namelist()
+    assert "sources/emps.c" in names and not any("binaries" in name for name in names)

@@ -131,17 +131,6 @@ def _numbers(table, prefix=""):
             yield name
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SRC)))
-def test_equations_that_a_file_cites_stand_in_its_theory_page(path):
-    """A module that names docs/theory/x.md has no equation number that the page has not."""
-    text = path.read_text()
-    for page in set(re.findall(r"docs/theory/\w+\.md", text)):
-        theory = (ROOT / page).read_text()
-        cited = set(re.findall(r"[^\w]\((\d{1,2})\)\s*$", ast.get_docstring(ast.parse(text)) or "", re.M))
-        assert cited, f"{path.name} names {page} and numbers no equation"
-        assert not [n for n in cited if f"({n})" not in theory], f"{page} lacks equations of {path.name}"
-
-
 def _parts():
     import importlib
     import pkgutil

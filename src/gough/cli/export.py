@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 from ..errors import ExperimentError
 from ..export import BINARIES, FOLDERS, TARGETS, export, export_folder
 from ..machine.sheet import load_machine
 from ..units import to_si
-from .end import Outcome, deliver
+from .end import Outcome, deliver, show_warning
 from .show import is_experiment
 
 
@@ -17,6 +18,7 @@ def export_file(
     force: bool, outcome: Outcome,
 ) -> None:  # fmt: skip
     """Write a machine for `target` to a file, or to stdout; or what makes a folder into the folder `out`."""
+    warnings.showwarning = show_warning
     if target in FOLDERS:
         _folder(what, target, {"name": name, "theta": theta}, out, force, outcome)
         return

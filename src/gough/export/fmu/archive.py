@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import io
+import platform
 import shutil
 import subprocess
 import tempfile
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -24,11 +26,15 @@ BASE = {
 }  # fmt: skip
 
 
+class SourcesOnly(UserWarning):
+    """An FMU without a binary: importers that do not compile cannot use it."""
+
+
 def fmu(what: Any, name: str | None = None) -> bytes:
     """The FMU (FMI 2.0, co-simulation) of a Machine, or of the plant of an Experiment.
 
-    With a C compiler (cc) it holds the binary of this kind of Linux; without one the sources only, which importers can
-    compile.
+    With a C compiler (cc) on a 64-bit Linux of Intel's kind it holds the binary for it (`linux64` means no other); else
+    the sources only, with the warning SourcesOnly: some importers compile them.
 
     Raises
     ------
@@ -43,7 +49,14 @@ def fmu(what: Any, name: str | None = None) -> bytes:
     entries = {"modelDescription.xml": description(model, guid).encode()}
     entries |= {f"sources/{name}": text.encode() for name, text in files.items()}
     binary = compiled(model.name, files)
-    if binary is not None:
+    if binary is None:
+        reason, cure = (
+            ("no C compiler (cc, gcc) is here", "install gcc and export again") if _linux64()
+            else ("this is no 64-bit Linux on x86", "export it on such a machine")
+        )  # fmt: skip
+        text = f"{reason}: the FMU holds its sources only, and few importers compile them; {cure}"
+        warnings.warn(text, SourcesOnly, stacklevel=3)
+    else:
         entries[f"binaries/linux64/{model.name}.so"] = binary
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -55,9 +68,9 @@ def fmu(what: Any, name: str | None = None) -> bytes:
 
 
 def compiled(name: str, files: dict[str, str]) -> bytes | None:
-    """The shared library, or None without a compiler."""
+    """The shared library, or None where none can be made."""
     compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
+    if compiler is None or not _linux64():
         return None
     with tempfile.TemporaryDirectory(prefix="gough-fmu-") as folder:
         for file, text in files.items():
@@ -68,6 +81,10 @@ def compiled(name: str, files: dict[str, str]) -> bytes | None:
             first = (done.stderr.strip().splitlines() or ["no message"])[0]
             raise RunError("the C compiler fails", where=compiler, value=first)
         return Path(folder, f"{name}.so").read_bytes()
+
+
+def _linux64() -> bool:
+    return platform.system() == "Linux" and platform.machine() == "x86_64"
 
 
 def _guid(files: dict[str, str]) -> str:
