@@ -195,6 +195,9 @@ def preflight(
         bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
     ] = False,
     turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
+    loop: Annotated[
+        bool, typer.Option("--loop", help="Of an experiment: drive it under its laws too, at its sample time.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for preflight.json, lines.csv and a figure.")
     ] = None,
@@ -211,7 +214,7 @@ def preflight(
     def work(outcome: Outcome) -> None:
         from .preflight import Asked, preflight_file
 
-        asked = Asked(planner, fix_feed, place, turn, out, force, seed)
+        asked = Asked(planner, fix_feed, place, turn, out, force, seed, loop)
         preflight_file(file, machine, asked, quiet, outcome)
 
     return finish("preflight", work, json, debug)
