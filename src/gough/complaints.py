@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -58,10 +59,12 @@ def problems(error: ValidationError, kind: type[Part]) -> list[Problem]:
         key = ".".join(map(str, path)) or None
         inner = item.get("ctx", {}).get("error")
         if isinstance(inner, InputError):
-            found = [under(p, key) if key else p for p in inner.problems]
+            told = [_from_above(p, kind, path) for p in inner.problems]
+            found = [under(p, key) if key else p for p in told]
         elif item["type"] == "missing":
             spec = _spec_at(kind, path)
-            found = [Problem("is missing", key=key, cure=f"give {spec.meaning} in {spec.unit}" if spec else None)]
+            cure = f"give {spec.meaning} in {spec.unit}" if spec else _table(kind, path)
+            found = [Problem("is missing", key=key, cure=cure)]
         elif item["type"] == "extra_forbidden":
             found = [Problem("no such key", key=key, cure=did_you_mean(str(path[-1]), _fields_at(kind, path[:-1])))]
         else:
@@ -87,6 +90,47 @@ def under(problem: Problem, key: str) -> Problem:
     """The problem with its key below `key`."""
     inner = f"{key}.{problem.key}" if problem.key else key
     return Problem(**{**problem.__dict__, "key": inner})
+
+
+def _table(kind: type, path: tuple) -> str | None:
+    """The cure for a table that is missing: what it must have."""
+    inner = _part_at(kind, path)
+    if inner is None:
+        return None
+    needed = [name for name, field in inner.model_fields.items() if field.is_required()]
+    return f"give a table with {', '.join(needed)}" if needed else "give the table"
+
+
+def _from_above(problem: Problem, kind: type, path: tuple) -> Problem:
+    """The problem of a table at `path` as the part around it knows better: what may be left out, and where a key is
+    that another table has."""
+    if problem.key is None or "." in problem.key or not path or not hasattr(kind, "model_fields"):
+        return problem
+    field = kind.model_fields.get(path[0])
+    if problem.rule == "is missing" and problem.cure and len(path) == 1 and field and not field.is_required():
+        return dataclasses.replace(problem, cure=f"{problem.cure}, or leave {path[0]} out")
+    if problem.rule == "no such key" and str(problem.cure).startswith("there is "):
+        places = [(name, found) for name in kind.model_fields for found in _fields_at(kind, (name,))]
+        word = problem.key
+        for tail in (word, *(word[at + 1 :] for at, letter in enumerate(word) if letter == "_")):  # max_speed: speed
+            inside = [f"{path[0]}.{sub}.{tail}" for sub in _fields_at(kind, path[:1]) if tail in _fields_at(
+                kind, (path[0], sub)
+            )]  # fmt: skip
+            if inside:
+                return dataclasses.replace(problem, cure=f"did you mean {' or '.join(inside)}?")
+            found = [name for name, field in places if field == tail and name != path[0]]
+            if len(found) == 1:
+                return dataclasses.replace(problem, cure=f"did you mean {found[0]}.{tail}, in [{found[0]}]?")
+    return problem
+
+
+def _part_at(kind: type, path: tuple) -> type[Part] | None:
+    for step in path:
+        field = kind.model_fields.get(step) if isinstance(kind, type) else None
+        kind = part_of(field.annotation) if field else None
+        if kind is None:
+            return None
+    return kind
 
 
 def _fields_at(kind: type, path: tuple) -> list[str]:

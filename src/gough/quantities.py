@@ -37,7 +37,9 @@ class Quantity:
         value = np.array(self._si(raw, from_file), float)
         free = (self.shape == (-1,) and value.ndim <= 1) or (self.shape == (-1, -1) and value.ndim == 2)
         if value.shape != self.shape and not free:
-            raise InputError(f"must have shape {shape_text(self.shape)}", value=shape_text(value.shape))
+            raise InputError(
+                f"must have shape {shape_text(self.shape)}", value=shape_text(value.shape), cure=self._shaped(value)
+            )
         if not np.isfinite(value).all():
             raise InputError("must be finite", value=brief(raw))
         for bound, wrong, word in (
@@ -53,6 +55,18 @@ class Quantity:
             return float(value)
         value.setflags(write=False)
         return value
+
+    def _likely(self, raw: Any) -> str:
+        unit = self._units(1)[0]
+        return units.likely(raw, unit) if isinstance(raw, int | float) else unit
+
+    def _shaped(self, value: np.ndarray) -> str | None:
+        """What to write instead of an array of another shape, where that can be told."""
+        if self.shape == (3, 3) and value.shape == (3,):
+            return "a diagonal is written in full, [[a, 0, 0], [0, b, 0], [0, 0, c]]"
+        if len(self.shape) == 1 and self.shape[0] > 0:
+            return f"give a list of {self.shape[0]}: {self.meaning}"
+        return None
 
     def _si(self, raw: Any, from_file: bool) -> Any:
         if isinstance(raw, bool):
@@ -70,10 +84,14 @@ class Quantity:
                 raise UnitError(f"{raw['unit']!r} is not a unit of {self.unit}")
             return np.array(_numbers(raw["value"]), float) * scale
         if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
-            return [units.to_si(entry, unit) for entry, unit in zip(raw, self._units(len(raw)), strict=True)]
+            each = self._units(len(raw))
+            count = self.unit.count(",") + 1  # with a unit of its own for each entry, another number has none
+            if count > 1 and len(raw) != count:
+                raise InputError(f"must have shape {count}", value=str(len(raw)), cure=f"give {self.meaning}")
+            return [units.to_si(entry, unit) for entry, unit in zip(raw, each, strict=True)]
         if from_file and self.unit not in ("", "1"):
             cure = (
-                f'write e.g. "{raw} {self._units(1)[0]}"'
+                f'write e.g. "{raw} {self._likely(raw)}"'
                 if not isinstance(raw, list | tuple)
                 else (f'write {{ unit = "{self._units(1)[0]}", value = ... }}')
             )

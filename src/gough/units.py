@@ -60,6 +60,16 @@ _ATOMS: dict[str, tuple[float, int, int, int, int, int]] = {
     "1": (1.0, 0, 0, 0, 0, 0),
 }
 
+# what people write for these, and what to write instead
+_MEANT = {
+    "t": "kg, 1 t is 1000 kg", "lb": "kg, 1 lb is 0.45359237 kg", "lbf": "N, 1 lbf is 4.4482216 N",
+    "ft": "m, 1 ft is 0.3048 m", "bar": "MPa, 1 bar is 0.1 MPa", "daN": "N, 1 daN is 10 N", "sec": "s", "micron": "um",
+    "mc": "um", "mu": "um", "grad": "deg, 1 grad is 0.9 deg", "l": "m3",
+}  # fmt: skip
+_GLUED = re.compile(r"(kN|mN|N|kg|g)(mm|cm|m)(s?)")  # Nm, kgcm2
+_PLAIN = str.maketrans({"\u00b5": "u", "\u03bc": "u", "\u00b0": " deg", "\u00b2": "2", "\u00b3": "3", "\u00b7": " ",
+                        "\u22c5": " ", "\u2212": "-", "\u00a0": " ", "\u202f": " "})  # fmt: skip
+
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _ATOM = re.compile(r"([A-Za-z%]+|1)(?:\^?(-?[0-9]))?")
 _LONGEST = 64
@@ -86,7 +96,7 @@ def unit(text: str) -> tuple[float, Dimension]:
                 raise UnitError(f"{_quote(text)} is not a unit", cure='write for example "kg m2" or "mm/min"')
             name, power = match[1], int(match[2] or 1)
             if name not in _ATOMS:
-                raise UnitError(f"no unit {_quote(name)}", cure=did_you_mean(name, _ATOMS))
+                raise UnitError(f"no unit {_quote(name)}", cure=_meant(name, match[2] or ""))
             sign = -1 if i and j == 0 else 1
             scale, *dims = _ATOMS[name]
             factor *= scale ** (sign * power)
@@ -102,6 +112,8 @@ def parse(text: str) -> tuple[float, Dimension]:
     UnitError
         if the text is not a number with a unit, or the number is not finite.
     """
+    if len(text) <= _LONGEST and not text.isascii() and (plain := text.translate(_PLAIN)).isascii():
+        raise UnitError("a quantity is written in ASCII", cure=f'write "{" ".join(plain.split())}"')
     if len(text) > _LONGEST or not text.isascii():
         raise UnitError(f"a quantity has at most {_LONGEST} ASCII characters", value=_quote(text))
     match = _NUMBER.match(text.strip())
@@ -135,7 +147,9 @@ def to_si(text: str, expected: str) -> float:
     _, wanted = unit(expected)
     if not same_dimension(dimension, wanted):
         if dimension == (0, 0, 0, 0, 0) and _NUMBER.fullmatch(text.strip()):
-            raise UnitError(f"{_quote(text)} has no unit", cure=f'write e.g. "{text.strip()} {expected}"')
+            raise UnitError(
+                f"{_quote(text)} has no unit", cure=f'write e.g. "{text.strip()} {likely(value, expected)}"'
+            )
         number = _NUMBER.match(text.strip())[0]
         rate = (0, 0, -1, 0)
         if dimension[:4] == wanted[:4] == rate:  # Hz where rad/s is wanted, or the other way round
@@ -147,6 +161,26 @@ def to_si(text: str, expected: str) -> float:
         rule = f"{_quote(text)} is not a quantity in {expected}" if expected else f"{_quote(text)} is not a number"
         raise UnitError(rule, cure=cure)
     return value
+
+
+def likely(value: float, expected: str) -> str:
+    """The unit that somebody most likely meant who wrote the number `value` alone, where `expected` is asked for.
+
+    Lengths of a machine are rarely above 2 m, and its angles never above half a turn.
+    """
+    if expected == "m":
+        return "m" if abs(value) < 2 else "mm"
+    return "deg" if expected == "rad" and abs(value) > math.pi else expected
+
+
+def _meant(name: str, power: str) -> str:
+    """The cure for a unit there is not."""
+    if name in _MEANT:
+        return f"write {_MEANT[name]}"
+    glued = _GLUED.fullmatch(name)
+    if glued:
+        return f"write {' '.join(part for part in glued.groups() if part)}{power}, with a space"
+    return did_you_mean(name, _ATOMS)
 
 
 def factor(expected: str) -> float:

@@ -18,7 +18,7 @@ C1 = {
     ),
     "an unknown table": (
         {"[drive]": "[drives]"},
-        [" drive: is missing", "20: drives: no such key; did you mean drive?"],
+        ["20: drives: no such key; did you mean drive?", " drive: is missing; give a table with lead"],
     ),
     "a missing key": (
         {'lead = "20 mm"\n': ""},

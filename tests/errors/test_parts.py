@@ -60,7 +60,11 @@ def wrong(machine, **changes):
         ("drive__encoder", "-1 um", "drive.encoder: must be above 0 m, got '-1 um'"),
         ("friction__coulomb", "-90 N", "friction.coulomb: must be at least 0 N, got '-90 N'"),
         ("limits__cone", "-45 deg", "limits.cone: must be above 0 rad, got '-45 deg'"),
-        ("gravity", {"unit": "m/s2", "value": [0, -9.81]}, "gravity: must have shape 3, got 2"),
+        (
+            "gravity",
+            {"unit": "m/s2", "value": [0, -9.81]},
+            "gravity: must have shape 3, got 2; give a list of 3: gravity, in W",
+        ),
         ("platfrom", {}, "platfrom: no such key; did you mean platform?"),
     ],
 )
@@ -102,7 +106,7 @@ def test_p4_a_delay_is_none_or_one_sample(okuma):
 def test_an_unknown_friction_law_is_named_with_those_there_are(okuma):
     assert wrong(okuma, friction__kind="lugree") == ["friction.kind: no such kind 'lugree'; did you mean lugre?"]
     assert wrong(okuma, friction={"coulomb": "90 N"}) == [
-        "friction.kind: is missing; there is stribeck, lugre, load_stribeck, load_lugre"
+        "friction.kind: is missing; there is stribeck, lugre, load_stribeck, load_lugre, or leave friction out"
     ]
 
 
@@ -151,11 +155,35 @@ def test_k7_a_machine_that_is_singular_at_home_is_refused(okuma):
 
 def test_struts_beyond_their_stroke_at_home_are_all_named(okuma):
     found = wrong(okuma, home=["0 mm", "0 mm", "-1600 mm", "0 deg", "0 deg", "0 deg"])
-    assert len(found) == 6
-    assert (
-        found[2] == "home: strut 3 is too long at home, got 1.32633 m (limit 0.45 to 1.25 m); "
+    assert found == [
+        "home: struts 1, 2, 3, 4, 5, 6 are too long at home, got 1.32633 m (limit 0.45 to 1.25 m); "
         "change home, the joints or limits.length"
-    )
+    ]
+
+
+def test_limits_of_the_struts_in_another_unit_are_told_as_such(okuma):
+    found = wrong(okuma, limits__length=["450 m", "1250 m"])
+    assert len(found) == 1 and found[0].endswith("(limit 450 to 1250 m); did you mean limits.length in mm?")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "cure"),
+    [
+        ("drive__max_speed", "40 m/min", "did you mean limits.speed, in [limits]?"),
+        ("strut__mass", "48 kg", "did you mean strut.moving.mass or strut.fixed.mass?"),
+        ("drive__lead", 10, 'write e.g. "10 mm"'),
+        ("drive__lead", 0.01, 'write e.g. "0.01 m"'),
+        ("platform__inertia", {"unit": "kg m2", "value": [9, 9, 11]},
+         "a diagonal is written in full, [[a, 0, 0], [0, b, 0], [0, 0, c]]"),
+        ("limits__length", "600 mm", "give a list of 2: shortest and longest strut"),
+        ("home", ["0 mm", "0 mm", "0 mm", "0 deg"], "give pose at rest, x y z a b c of T in W"),
+        ("strut", {"moving": {"mass": "1 kg", "center": "0 m", "transverse": "0 kg m2"}},
+         "give a table with mass, center, or leave strut out"),
+    ],
+)  # fmt: skip
+def test_what_a_newcomer_writes_is_answered_with_what_to_write(okuma, key, value, cure):
+    found = wrong(okuma, **{key: value})
+    assert len(found) == 1 and found[0].endswith(f"; {cure}"), found
 
 
 def test_axes_of_the_joints_are_unit_vectors_across_their_struts(okuma):

@@ -39,7 +39,7 @@ app = typer.Typer(
     epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
+    rich_markup_mode=None if os.environ.get("NO_COLOR") else "markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 

@@ -37,10 +37,11 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
             )
     outcome.data.update(file=str(file), kind=kind, **told)
     if not quiet:
+        home = told.pop("home", {})
         parts = ", ".join(
             _LABELS.get(key, key) + ("" if value is True else f" {_text(key, value)}") for key, value in told.items()
         )
-        outcome.say(f"{file}: {kind}, no mistakes; {parts}")
+        outcome.say(f"{file}: {kind}, no mistakes; {parts}", *home.get("words", []))
 
 
 _LABELS = {"machine_kind": "kind"}
@@ -75,9 +76,23 @@ def _toml(document: Document, machine: str | None) -> tuple[str, dict[str, Any]]
             found = sheet.machine_of(document)
         except InputError as error:
             raise SheetError(problems=error.problems) from None
-        return "data sheet", {"machine": found.name, "machine_kind": found.kind, "numbers": len(found.theta)}
+        told = {"machine": found.name, "machine_kind": found.kind, "numbers": len(found.theta)}
+        return "data sheet", told | {"home": _at_home(found)}
     experiment = load_experiment(document.path, machine) if machine else experiment_of(document)
     return "experiment", _experiment(experiment)
+
+
+def _at_home(machine: Any) -> dict[str, Any]:
+    """What the machine is where it rests; warns of what is seldom meant."""
+    from ..plan.standing import standing
+
+    found = standing(machine)
+    for remark in found.remarks:
+        warnings.warn(remark, stacklevel=2)
+    return {
+        "joints": found.joints.tolist(), "condition": found.condition, "load": found.load,
+        "remarks": list(found.remarks), "words": [found.words(machine)],
+    }  # fmt: skip
 
 
 def _experiment(experiment: Experiment) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..errors import ExperimentError, GoughError
+from ..errors import ExperimentError, GoughError, Problem
 from ..files import write_atomic
 from ..names import printable
 
@@ -118,9 +118,14 @@ def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: b
     return status
 
 
+def _place(problem: Problem) -> tuple[str, bool, int]:
+    """Where a problem stands, to tell a file's from the top; what has no line stays last, in the order it was found."""
+    return problem.file or "", problem.line is None, problem.line or 0
+
+
 def tell(error: GoughError) -> None:
     """The lines of an error, on stderr; of thousands the first."""
-    for problem in error.problems[:MOST_LINES]:
+    for problem in sorted(error.problems, key=_place)[:MOST_LINES]:
         print(printable(str(problem)[:LONGEST_LINE]), file=sys.stderr)
     if len(error.problems) > MOST_LINES:
         print(f"and {len(error.problems) - MOST_LINES} more", file=sys.stderr)

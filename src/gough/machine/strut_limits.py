@@ -18,7 +18,8 @@ class StrutLimits(Limits):
     @model_validator(mode="after")
     def _ordered(self):
         if self.length[0] >= self.length[1]:
-            raise InputError("the shortest must be below the longest", key="length", value=f"{self.length.tolist()} m")
+            value = f"[{self.length[0]:g}, {self.length[1]:g}] m"
+            raise InputError("the shortest must be below the longest", key="length", value=value)
         return self
 
 
@@ -151,6 +152,14 @@ def check_loads(machine) -> None:
         )  # fmt: skip
 
 
+def _other_unit(l: np.ndarray, limits: np.ndarray) -> str:
+    """The cure for struts of l m beyond their limits: the unit, where a thousandth or a thousandfold would fit."""
+    for factor, said in ((1e-3, "limits.length in mm"), (1e3, "limits.length in m")):
+        if ((l >= limits[0] * factor) & (l <= limits[1] * factor)).all():
+            return f"did you mean {said}?"
+    return "change home, the joints or limits.length"
+
+
 _LOCKED = 1e-3  # 1 - (a . n)^2 of a joint axis within 1.8 deg of its strut
 
 
@@ -166,11 +175,16 @@ def check_home(machine, B: np.ndarray) -> None:
     A, limits, wrong = machine.joints.base, machine.limits, []
     s = B - A
     l = np.linalg.norm(s, axis=1)
-    for i in np.flatnonzero(~((l >= limits.length[0]) & (l <= limits.length[1]))):
+    for word, off in (("short", l < limits.length[0]), ("long", l > limits.length[1])):
+        outside = np.flatnonzero(off)
+        if not len(outside):
+            continue
+        first, last = (f"{length:.6g}" for length in (l[outside].min(), l[outside].max()))
+        who = "strut" if len(outside) == 1 else "struts"
         wrong.append(Problem(
-            f"strut {i + 1} is too {'short' if l[i] < limits.length[0] else 'long'} at home", key="home",
-            value=f"{l[i]:.6g} m", limit=f"{limits.length[0]:g} to {limits.length[1]:g} m",
-            cure="change home, the joints or limits.length",
+            f"{who} {', '.join(str(i + 1) for i in outside)} {'is' if len(outside) == 1 else 'are'} too {word} at home",
+            key="home", value=f"{first} m" if first == last else f"{first} to {last} m",
+            limit=f"{limits.length[0]:g} to {limits.length[1]:g} m", cure=_other_unit(l[outside], limits.length),
         ))  # fmt: skip
     if l.min() > 0:
         n = s / l[:, None]
