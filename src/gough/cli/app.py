@@ -36,7 +36,17 @@ from .end import Interrupted, Outcome, finish
 app = typer.Typer(
     name="gough",
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
-    epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
+    epilog="\n\n".join(
+        (
+            "Examples:",
+            "gough new experiment -o part.toml              a file to start from",
+            "gough run part.toml                            simulate it; logs and a report",
+            "gough run part.ngc -m nist-octahedral -c pid   your program under a law",
+            "gough preflight part.ngc -m mine.toml          can every strut follow it?",
+            "gough sweep part.toml --runs 1000              a thousand drawn machines",
+            "gough view results/part                        the machine, moving",
+        )
+    ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "markdown",
