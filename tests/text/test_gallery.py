@@ -1,5 +1,4 @@
 """docs/gallery.md: every numbered example is shown, carried out, asserts something physical and draws its picture."""
-"""docs/gallery.md: every numbered example is shown, runs, asserts something physical and draws its picture."""
 
 from __future__ import annotations
 

@@ -12,11 +12,9 @@ import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import units
 from ..errors import ExperimentError, LogError, RunError
 from ..experiment import load_experiment
 from ..files import write_atomic
-from ..measure.tree import told
 from .end import Outcome, show_warning
 
 LAST = "sweep.json"  # which experiment of the store a sweep of its folder means
@@ -200,13 +198,6 @@ class Bar:
 
     def show(self, progress: Any) -> None:
         """Take what a sweep tells."""
-        best = ""
-        if progress.best is not None:
-            best = f"best {units.show(progress.best[0], told(progress.metric)[0])}, run {progress.best[1][:10]}"
-        failed = f", {progress.failed} failed" if progress.failed else ""
-        if self.bars:
-            self.bars.update(self.task, completed=progress.done, total=progress.total, told=f"{best}{failed}")
-            return
         first, last = progress.done == progress.found, progress.done == progress.total
         if first:
             self.begun = time.monotonic()

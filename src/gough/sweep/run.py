@@ -39,12 +39,10 @@ class Progress:
     done: int = 0  # of them now
     failed: int = 0
     best: tuple[float, str] | None = None  # least value of the metric, and the run's id
-    metric: str = ""  # its name, known once a run has ended
     warned: list[str] = field(default_factory=list)
 
     def take(self, record: dict[str, Any]) -> None:
         self.done += 1
-        self.metric = metric
         self.failed += record["status"] != "done"
         value = record["metrics"].get(self.metric)
         if (
