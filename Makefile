@@ -2,6 +2,7 @@
 # make test    the tests; make check: lint and the quick tests; make test-all: with the long campaigns
 # make bench   timings beside CasADi's interpreter, written to docs/performance.md
 # make docs    the documentation, every page carried out first: docs/_build/index.html
+# make figures the five studies again, for their figures and rows in the documentation: results/papers, 8 minutes
 # make wheel   the wheel, installed in an empty venv, and tried there
 # make mutate  one planted sign error at a time: which test sees it, written to docs/mutation.md
 PYTHON ?= python3
@@ -9,7 +10,10 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= $(shell nproc)
 
-.PHONY: demo test check test-all bench mutate docs wheel lint clean
+PAPERS := garagic2004 honegger1998 chen2008 bouzgarrou2001 okuda2006
+STUDIES := $(PAPERS:%=results/papers/%/study.json)
+
+.PHONY: demo test check test-all bench mutate docs figures wheel lint clean
 
 $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -57,7 +61,17 @@ wheel: $(VENV)/installed
 	cd build/wheel && venv/bin/gough export nist-octahedral --target linuxcnc -o linuxcnc
 	cd build/wheel && venv/bin/gough preflight ../../examples/04_pockets.ngc -m nist-octahedral
 
-docs: $(VENV)/developed
+# once a copy, and again by make figures: the pages say of which source theirs are.  Status 1 is a row that is not met,
+# which the page shows; without a result the second line ends it
+$(STUDIES): results/papers/%/study.json: | $(VENV)/developed
+	-$(BIN)/gough reproduce $* --quiet --out results/papers/$* --force
+	test -f $@
+
+figures:
+	rm -f $(STUDIES)
+	$(MAKE) $(STUDIES)
+
+docs: $(VENV)/developed $(STUDIES)
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build
 	@echo "docs/_build/index.html"
 

@@ -9,11 +9,15 @@ import gough  # noqa: E402
 
 project, author, release = "gough", "the authors of gough", gough.__version__
 copyright = "the authors of gough; Apache-2.0"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "executed"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+extensions += ["executed", "pictures"]  # docs/_ext
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = "gough"
+html_static_path = ["_static"]
+html_css_files = ["own.css"]
 myst_heading_anchors = 3
+myst_enable_extensions = ["colon_fence"]
 napoleon_numpy_docstring = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

@@ -8,6 +8,7 @@ import numpy as np
 import gough as gk
 from gough.control.base import Command, Controller
 from gough.declare import quantity
+from gough.report import style
 
 
 class State(NamedTuple):
@@ -35,11 +36,17 @@ class SlidingMode(Controller):
 machine = gk.load_machine("nist-octahedral")
 circle = gk.Circle(radius=0.05, feed=0.05)
 error = {}
+ax = style.new_axes()
 for width in (0.01, 0.04):
     law = SlidingMode(lam=40.0, phi=width, force=3000.0)
     log = gk.simulate(machine, law, circle, period=2.5e-4)
     error[width] = gk.measure(log).contour_error["rms"]
     print(f"layer {1e3 * width:.0f} mm/s: {1e6 * error[width]:.1f} um rms")
+    ax.plot(log.t, 1e6 * log["contour_error"], label=f"layer of {1e3 * width:.0f} mm/s")
 
 assert log.dataset.attrs["status"] == "done"
 assert error[0.01] < error[0.04]  # a thinner layer is a higher gain
+
+style.label(ax, "A circle: the thinner the layer, the nearer the tool", "time [s]", "contour error [µm]")
+style.legend(ax)
+style.save(ax, "results/03_a_law_of_your_own.png")

@@ -3,6 +3,7 @@
 import numpy as np
 
 import gough as gk
+from gough.report import style
 
 machine = gk.load_machine("ccu-3prs")
 machine = machine.replace(drive=machine.drive.perfect())  # encoders without steps: what is left is the laws'
@@ -19,15 +20,23 @@ laws = {
     "computed torque": gk.ComputedTorque(poles=[20.0, 20.0, 260.0]),
 }
 left, back = {}, {}
+ax = style.new_axes()
 for name, law in laws.items():
     log = gk.simulate(machine, law, circle, plant=plant)
     waiting = log.t < 0.3
     radius = np.hypot(*(log["x"][waiting, :2] - machine.home[:2]).T)
     left[name] = np.abs(radius - 0.05).max()
     back[name] = np.abs(log["x"] - log["x_r"])[waiting][-1].max()
+    lead = np.arctan2(*(log["x"][waiting, 1::-1] - machine.home[1::-1]).T) - 0.3
+    ax.plot(1e3 * 0.05 * lead, 1e6 * (radius - 0.05), label=name, linewidth=1.6)
     print(f"{name:18} leaves the circle by {1e6 * left[name]:7.3f} um, after 0.3 s {1e6 * back[name]:6.2f} um away")
 
 # 2 mm of arc are 10 um away from their chord: a law of joints cuts across, one of the path stays on it
 sagitta = 2e-3**2 / (8 * 0.05)
 assert left["equivalent errors"] < sagitta / 10 < sagitta / 2 < left["computed torque"]
 assert max(back.values()) < 2e-3 / 20, "both come back"
+
+style.label(ax, "The way back of a tool 2 mm ahead", "ahead along the circle [mm]", "outside the circle [µm]")
+ax.invert_xaxis()
+style.legend(ax)
+style.save(ax, "results/08_late_but_on_the_path.png")

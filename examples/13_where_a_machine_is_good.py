@@ -7,6 +7,7 @@ import numpy as np
 import gough as gk
 from gough.plan.findings import findings, text_of
 from gough.plan.maps import machine_map
+from gough.report import style
 
 machine = gk.load_machine("eth-hexaglide")
 found = machine_map(machine, ["workspace", "acceleration", "gravity"], over=("x", "y", "z"), points=(21, 21, 7))
@@ -36,3 +37,13 @@ ball, turn = (one.radius for one in edge.balls)
 assert all(way.distance >= ball - 1e-12 for way in edge.ways if way.unit == "m")
 assert 0.05 < ball < 0.5 and np.radians(10) < turn < np.pi / 2
 assert json.loads(found.attrs["gough"])["fixed"] == {"a": 0.0, "b": 0.0, "c": 0.0}
+
+across = found.isel(x=best["x"])  # the rails run along x: it is the same at every x
+ax = style.new_axes((8.0, 4.4))
+ax.grid(False)
+colours = ax.contourf(1e3 * found["y"], 1e3 * found["z"], across["acceleration"].T, levels=14, cmap="cividis")
+ax.plot(*(1e3 * x[1:3]), "o", markersize=9, markerfacecolor="none", markeredgecolor="#D55E00", markeredgewidth=2)
+ax.set_aspect("equal")
+ax.figure.colorbar(colours, label="acceleration in any direction [m/s²]", shrink=0.85)
+style.label(ax, f"{machine.name}, across its rails: the ring is where it is best", "y [mm]", "z [mm]")
+style.save(ax, "results/13_where_a_machine_is_good.png")

@@ -5,11 +5,12 @@
 A page is carried out from top to bottom in a folder of its own, in which `examples` is there:
 
     ```python    one after the other in one namespace
-    ```sh        line by line: gough and python commands; each must end with status 0
+    ```sh        line by line: gough, python and make commands; each must end with status 0
     ```text      directly behind one of these: what it prints, words alike and numbers to 2 %; a line ... is any lines
     <!-- file: part.ngc -->            the block that follows is that file
     <!-- status: 2 -->                 the commands that follow end so
     <!-- not run: its reason -->       the block that follows is only shown
+    <!-- needs: linuxcnc -->           so is it where there is no such program
 
 Whatever else is fenced (toml, ngc, console) is only shown.  The first thing that differs ends the page with its line.
 """
@@ -20,6 +21,7 @@ import io
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -31,8 +33,9 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.S | re.M)
-NOTE = re.compile(r"<!-- (file|status|not run): (.*?) -->\s*$")
+NOTE = re.compile(r"<!-- (file|status|not run|needs): (.*?) -->\s*$")
 LONGEST = 300  # s, of a page
+STARTS = {"gough": [sys.executable, "-m", "gough"], "python": [sys.executable], "make": ["make"]}
 
 
 class Block(NamedTuple):
@@ -78,7 +81,7 @@ def carry_out(path: Path) -> None:
     for block in blocks(path.read_text("utf-8")):
         kind, told = block.note or ("", "")
         place = f"{path.name}:{block.line}"
-        if kind == "not run":
+        if kind == "not run" or (kind == "needs" and shutil.which(told) is None):
             printed = None
         elif kind == "file":
             target = Path(told)
@@ -109,9 +112,9 @@ def _shell(text: str, place: str, status: int) -> str:
         words = shlex.split(line, comments=True)
         if not words:
             continue
-        if words[0] not in ("gough", "python"):
+        if words[0] not in STARTS:
             raise PageError(f"{place}: only gough and python commands are run, not {words[0]}; mark the block: not run")
-        start = [sys.executable, "-m", "gough"] if words[0] == "gough" else [sys.executable]
+        start = STARTS[words[0]]
         environment = os.environ | {"PYTHONIOENCODING": "utf-8"}
         done = subprocess.run([*start, *words[1:]], capture_output=True, text=True, timeout=LONGEST, env=environment)
         if done.returncode != status:

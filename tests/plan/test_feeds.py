@@ -111,6 +111,19 @@ def test_linuxcnc_reads_what_was_written(fixed, name, tmp_path):
     assert len(feeds) == np.sum(((path.kind == LINE) | (path.kind == ARC) | path.turning_at_rest) & ~path.rapid)
 
 
+def test_short_lines_that_the_roundings_beside_them_swallow_whole_are_slowed_as_others_are(machine):
+    """Rows of lines of 0.4 mm over a wave, G64 P0.01: of some lines nothing is left between their two corners."""
+    rows = [[(-80 + 0.4 * i, y) for i in range(400)] for y in (-80.0, -79.4)]
+    places = rows[0] + rows[1][::-1]
+    wave = "\n".join(f"X{x:.4f} Y{y:.4f} Z{5 * np.sin(x / 20) * np.cos(y / 25):.4f}" for x, y in places)
+    program = nc(f"G21 G90 G64 P0.01\nG1 F40000\n{wave}\nM2\n")
+    course = planned(machine, program).course
+    middle = course.place(np.arange(len(course.path)), course.path.extent / 2).block
+    assert len(np.unique(middle)) < len(course.programmed), "some line has no block of the course about its middle"
+    found = fix_feed(machine, program)
+    assert not found.before.passed and found.after.passed and found.changes
+
+
 # -- time against the optimum ------------------------------------------------------------------------------------------
 
 

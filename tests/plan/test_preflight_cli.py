@@ -60,6 +60,7 @@ def test_a_folder_gets_the_whole_verdict_and_every_line(part, tmp_path):
     assert json.loads((tmp_path / "out" / "preflight.json").read_text())["passed"] is False
     rows = list(csv.DictReader((tmp_path / "out" / "lines.csv").open()))
     assert [row["line"] for row in rows] == ["2", "3"] and all(float(row["use"]) > 1 for row in rows)
+    assert (tmp_path / "out" / "preflight.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(ExperimentError, match="holds files that gough did not make"):
         ask(part(FAST), out=tmp_path, fix=tmp_path / "fixed.ngc")
     assert not (tmp_path / "fixed.ngc").exists()

@@ -54,7 +54,12 @@ def test_a_claim_that_is_met_ends_with_0_and_leaves_table_figures_and_page(gough
     assert "one <is> one" in text and "1: [note]" in text and "fair says <3>" in text and "many" not in text
     folder = tmp_path / "results/garagic2004"
     made = {path.name for path in folder.iterdir()}
-    assert made == {".gough", "claims.json", "report.html", "one.png", "fair.csv", "fair.png"}
+    assert made == {".gough", "claims.json", "study.json", "report.html", "one.png", "fair.csv", "fair.png"}
+    note = json.loads((folder / "study.json").read_text())
+    assert note["rows"] == [["one <is> one", "1", "1", "1", "met", "[note]"]]
+    assert note["figures"] == [
+        {"file": "one.png", "caption": "A <picture>."}, {"file": "fair.png", "caption": "Beyond: fair"},
+    ]  # fmt: skip
     assert (folder / "fair.csv").read_text() == 'law,what,error\nCDAC,"a, b",3 um\n'
     page = (folder / "report.html").read_text()
     assert "one &lt;is&gt; one" in page and "A &lt;picture&gt;." in page and "fair says &lt;3&gt;" in page

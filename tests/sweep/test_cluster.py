@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import builtins
 import importlib.util
+import json
 import os
 import signal
 import socket
+import subprocess
+import sys
 import threading
+import time
 
 import pytest
 from sweep_files import runs_of
@@ -36,7 +40,7 @@ def scheduler():
 
 
 def test_a_cluster_gives_the_bits_of_one_machine_also_when_a_worker_is_lost(scheduler, written, tmp_path):
-    base = load_experiment(written(VARY, "runs = 40"))
+    base = load_experiment(written(VARY, "runs = 24"))
     lost = []
 
     def tell(progress):
@@ -45,7 +49,7 @@ def test_a_cluster_gives_the_bits_of_one_machine_also_when_a_worker_is_lost(sche
             os.kill(lost[0], signal.SIGKILL)
 
     swept = sweep(base, tmp_path / "cluster", scheduler=scheduler.scheduler_address, tell=tell)
-    assert lost and swept.progress.failed == 0 and len(swept.records) == 80
+    assert lost and swept.progress.failed == 0 and len(swept.records) == 48
     sweep(base, tmp_path / "here", workers=2)
     assert runs_of(tmp_path / "cluster") == runs_of(tmp_path / "here")
 
@@ -97,6 +101,101 @@ def test_a_scheduler_without_workers_is_told(experiment, tmp_path, monkeypatch):
         pytest.raises(RunError, match="the scheduler has no workers; start some: dask worker tcp://127.0.0.1"),
     ):
         sweep(experiment(VARY, "runs = 2"), tmp_path / "s", scheduler=empty.scheduler_address)
+
+
+class Mute:
+    """A client whose scheduler, or whose workers, have stopped to answer."""
+
+    def __init__(self, scheduler: bool):
+        self.scheduler, self.there, self.asked = self, scheduler, 0
+
+    def identity(self):
+        return {}
+
+    def sync(self, question):
+        self.asked += 1
+        return question() if self.there else threading.Event().wait()
+
+    def run(self, _function):
+        threading.Event().wait()
+
+    def submit(self, *_given, **_options):
+        return self
+
+    key = "batch"
+
+    def add_done_callback(self, _callback):
+        pass  # it never ends
+
+
+def of(client) -> cluster.Cluster:
+    found = cluster.Cluster.__new__(cluster.Cluster)
+    found.client, found.workers, found.address = client, 1, "tcp://127.0.0.1:1"
+    return found
+
+
+def test_a_scheduler_that_stops_to_answer_in_the_middle_is_told(monkeypatch):
+    monkeypatch.setattr(cluster, "_LOOK", 0.01)
+    monkeypatch.setattr(cluster, "_ANSWER", 0.05)
+    with pytest.raises(RunError) as caught:
+        next(of(Mute(scheduler=False)).each([None]))
+    assert str(caught.value) == (
+        "tcp://127.0.0.1:1: the scheduler does not answer, got nothing in 0.05 s; is it running, and can this machine "
+        "reach it?"
+    )
+
+
+def test_the_times_of_waiting_come_to_less_than_the_ten_seconds_of_the_issue():
+    assert cluster.PATIENCE < 10 and cluster._LOOK + cluster._ANSWER + 1.0 < 10
+
+
+def test_a_worker_that_hangs_is_told_while_its_scheduler_answers(monkeypatch):
+    monkeypatch.setattr(cluster, "_LOOK", 0.01)
+    monkeypatch.setattr(cluster, "LOADING", 0.1)
+    client = Mute(scheduler=True)
+    with pytest.raises(RunError, match="a worker does not answer, got nothing in 0.1 s; end those that hang"):
+        of(client)._same_gough()
+    assert client.asked > 1
+
+
+def test_a_worker_that_came_later_with_another_gough_is_refused_by_the_batch_itself():
+    with pytest.raises(RunError, match="a worker that came later: a worker has another gough, got .*, here 9.9.9"):
+        cluster.work_as(None, ("9.9.9", ""))
+    with pytest.raises(RunError, match="got 0.1.0, here 0.1.0 of another source"):
+        cluster._check(("0.1.0", "a"), ("0.1.0", "b"), "x")
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_freezes_in_the_middle_ends_the_sweep_with_one_line_and_it_goes_on_without(written, tmp_path):
+    """As a user has it: dask scheduler, dask worker, gough sweep; SIGSTOP, as a machine that swaps for ever."""
+    path, file = written(VARY, "runs = 200"), tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    where = ["--scheduler-file", str(file), "--no-dashboard", "--host", "127.0.0.1"]
+    scheduler, worker = (
+        subprocess.Popen([sys.executable, "-m", f"distributed.cli.{name}", *more, *where], **quiet)
+        for name, more in (("dask_scheduler", ["--port", "0"]), ("dask_worker", ["--no-nanny"]))
+    )
+    try:
+        until = time.monotonic() + 60
+        while not file.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+        command = [sys.executable, "-m", "gough", "sweep", str(path), "-o", str(tmp_path / "s"), "--quiet"]
+        swept = subprocess.Popen(
+            [*command, "--scheduler", json.loads(file.read_text())["address"]], stderr=subprocess.PIPE, text=True
+        )
+        while len(runs_of(tmp_path / "s")) < 8 and time.monotonic() < until:
+            time.sleep(0.05)
+        scheduler.send_signal(signal.SIGSTOP)
+        err = swept.communicate(timeout=60)[1]
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()
+    assert swept.returncode == 1 and len(err.splitlines()) == 1, err
+    assert "the scheduler does not answer, got nothing in 5 s" in err
+    kept = runs_of(tmp_path / "s")
+    assert 8 <= len(kept) < 400 and subprocess.run(command, timeout=300).returncode == 0
+    assert kept.items() <= runs_of(tmp_path / "s").items() and len(runs_of(tmp_path / "s")) == 400
 
 
 def test_workers_with_another_gough_are_refused(scheduler, experiment, tmp_path, monkeypatch):

@@ -42,7 +42,7 @@ def test_a_run_that_is_cut_short_anywhere_is_none():
 
 
 def test_a_file_of_a_run_is_json_for_everybody(tmp_path):
-    assert json.loads(sealed(record(7)))["schema"] == "gough-sweep-run-1"
+    assert json.loads(sealed(record(7)))["schema"] == "gough-sweep-run-2"
 
 
 @pytest.mark.parametrize("what", ["write_bytes", "sync", "replace"])

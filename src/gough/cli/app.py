@@ -39,7 +39,7 @@ app = typer.Typer(
     epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None if os.environ.get("NO_COLOR") else "rich",
+    rich_markup_mode=None if os.environ.get("NO_COLOR") else "markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -195,7 +195,9 @@ def preflight(
         bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
     ] = False,
     turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for preflight.json and lines.csv.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for preflight.json, lines.csv and a figure.")
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write over files that are there (never the original program).")
     ] = False,

@@ -53,16 +53,20 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
     if asked.planner == JOINTS and (asked.fix or asked.place):
         cure = "leave --planner out: with the joints' limits in the planner no F needs to change"
         raise ExperimentError("is for the cartesian planner", key="--fix-feed" if asked.fix else "--place", cure=cure)
-    known, program, path = loaded(file, machine)
+    known, program, path, plant = loaded(file, machine)
     if asked.fix is not None:
         _check_target(asked.fix, path, program, asked.force)
     # a folder that cannot be is refused before anything is written
     with contextlib.nullcontext() if asked.out is None else results_folder(asked.out, asked.force) as folder:
-        found = _found(known, program, asked, path, quiet or outcome.as_json, outcome)
+        found = _found(known, program, plant, asked, path, quiet or outcome.as_json, outcome)
         outcome.data.update(found.to_json())
         if folder is not None:
             write_atomic(folder / "preflight.json", json.dumps(plain(found.to_json()), indent=1) + "\n")
             write_atomic(folder / "lines.csv", table(found))
+            from ..report.preflight import preflight_figure
+
+            figure = preflight_figure(found)
+            write_atomic(folder / "preflight.png", lambda path: figure.savefig(path, dpi=130, format="png"))
             outcome.data["folder"] = str(asked.out)
     if not quiet and not outcome.as_json:
         outcome.say(found)
@@ -73,14 +77,14 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
             print(f"{path.name}: {count} limit{'s' * (count != 1)} exceeded", file=sys.stderr)
 
 
-def _found(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
+def _found(known, program, plant, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
     """The verdict on the program: as it is, or at the best place, or with feeds that the joints can follow."""
     if asked.place:
-        program = _placed(known, program, asked, path, quiet, outcome)
+        program = _placed(known, program, plant, asked, path, quiet, outcome)
     if asked.fix is not None:
-        return _fixed(known, program, asked.fix, path, quiet, outcome)
+        return _fixed(known, program, plant, asked.fix, path, quiet, outcome)
     with preparing(path.name, quiet):
-        return preflight(known, program, asked.planner)
+        return preflight(known, program, asked.planner, plant=plant)
 
 
 def _check_target(target: Path, path: Path, program: Any, force: bool) -> None:
@@ -100,10 +104,10 @@ def _check_target(target: Path, path: Path, program: Any, force: bool) -> None:
         raise ExperimentError("there is a file already", key="--fix-feed", file=str(target), cure=cure)
 
 
-def _fixed(known, program, target: Path, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
+def _fixed(known, program, plant, target: Path, path: Path, quiet: bool, outcome: Outcome) -> Preflight:
     """Write the program with feeds that the joints can follow; what it asks for then."""
     with preparing(path.name, quiet):
-        fixed = fix_feed(known, program)
+        fixed = fix_feed(known, program, plant=plant)
     write_atomic(target, fixed.program.text)
     times = fixed.before.duration, fixed.after.duration
     outcome.data["fixed"] = {
@@ -120,10 +124,10 @@ def _fixed(known, program, target: Path, path: Path, quiet: bool, outcome: Outco
     return fixed.after
 
 
-def _placed(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Any:
+def _placed(known, program, plant, asked: Asked, path: Path, quiet: bool, outcome: Outcome) -> Any:
     """The program at the place with the greatest least margin."""
     with preparing(path.name, quiet):
-        found = place(known, program, asked.turn, asked.fix is not None, asked.seed)
+        found = place(known, program, asked.turn, asked.fix is not None, asked.seed, plant)
     words = found.words(known)
     outcome.data["place"] = {
         "origin": found.origin.tolist(), "margin": found.margin, "before": found.before, "joint": found.joint,
@@ -140,8 +144,8 @@ def _placed(known, program, asked: Asked, path: Path, quiet: bool, outcome: Outc
     return program.replace(origin=found.origin)
 
 
-def loaded(file: Path, machine: str | None) -> tuple[Any, Any, Path]:
-    """Machine and program of an NC program, or of an experiment; and the file's path.
+def loaded(file: Path, machine: str | None) -> tuple[Any, Any, Path, Any]:
+    """Machine and program of an NC program, or of an experiment; the file's path; and the experiment's plant, or None.
 
     Raises
     ------
@@ -153,7 +157,7 @@ def loaded(file: Path, machine: str | None) -> tuple[Any, Any, Path]:
     path = nc_file(file)
     if path.suffix.lower() == ".toml":
         experiment = load_experiment(path, machine)
-        return experiment.machine, experiment.program, path
+        return experiment.machine, experiment.program, path, experiment.plant
     if path.suffix.lower() not in SUFFIXES:
         raise ExperimentError(
             "is no program", file=str(path), cure=f"give an NC program ({', '.join(SUFFIXES)}) or an experiment (.toml)"
@@ -161,7 +165,7 @@ def loaded(file: Path, machine: str | None) -> tuple[Any, Any, Path]:
     if machine is None:
         cure = f"give one of {', '.join(sheet.library())}, or a data sheet (.toml)"
         raise ExperimentError("is missing", key="--machine", cure=cure)
-    return sheet.load_machine(machine), load_program(path), path
+    return sheet.load_machine(machine), load_program(path), path, None
 
 
 def table(found: Preflight) -> str:

@@ -11,12 +11,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from .. import __version__
 from ..errors import RunError
 from ..files import write_atomic
 from ..results import results_folder
 from ..study import PAPERS, built, find
 from ..study.claims import NOT_MET, Claim
 from ..study.page import write_page
+from ..study.source import source_hash
 from ..study.study import Beyond, Experiment, Figure, Study, Told
 from ..study.text import claims_table, notes, plain_table, summary
 from .end import Outcome, plain
@@ -31,7 +33,8 @@ DPI = 150
 def reproduce_papers(paper: str, campaign: bool, out: Path | None, force: bool, quiet: bool, outcome: Outcome) -> None:
     """Do the study of a paper, or all that are built, with its long campaigns if `campaign`.
 
-    Each has a folder of its own: claims.json, report.html, the figures as PNG, what goes beyond the paper as CSV.
+    Each has a folder of its own: claims.json, report.html, the figures as PNG, what goes beyond the paper as CSV, and
+    study.json, from which the documentation shows rows and figures.
 
     Raises
     ------
@@ -55,7 +58,10 @@ def reproduce_papers(paper: str, campaign: bool, out: Path | None, force: bool, 
             rows = [plain(claim.row(study.paper)) for claim in claims]
             write_atomic(folder / "claims.json", json.dumps(rows, indent=1, allow_nan=False) + "\n")
             told = [_beyond(one, results, folder) for one, results in zip(asked, groups[1:], strict=True)]
-            page = write_page(study, claims, study.figures(groups[0], folder), told, folder)
+            figures = study.figures(groups[0], folder)
+            page = write_page(study, claims, figures, told, folder)
+            note = made(claims, [*figures, *(one.figure for one in told)])
+            write_atomic(folder / "study.json", json.dumps(note, indent=1) + "\n")
         outcome.rows += rows
         if any(claim.verdict == NOT_MET for claim in claims):
             outcome.data["status"] = "failed"
@@ -87,6 +93,18 @@ def _experiments(paper: str, groups: Sequence[Sequence[Experiment]], quiet: bool
 
         results = iter(together([job(i) for i in range(len(every))], shown.stop))
     return [[next(results) for _ in group] for group in groups]
+
+
+def made(claims: Sequence[Claim], figures: Sequence[Figure]) -> dict[str, Any]:
+    """Rows as they are printed, figures with their captions, and of which source they are."""
+    kinds = ("published", "measured", "band")
+    return {
+        "schema": "gough-study-1",
+        "gough": __version__,
+        "source": source_hash(),
+        "rows": [[one.claim, *map(one.text, kinds), one.verdict, one.remark] for one in claims],
+        "figures": [{"file": figure.file, "caption": figure.caption} for figure in figures],
+    }
 
 
 def _beyond(beyond: Beyond, results: Sequence[Any], folder: Path) -> Told:

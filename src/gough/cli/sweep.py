@@ -12,11 +12,9 @@ import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import units
 from ..errors import ExperimentError, LogError, RunError
 from ..experiment import load_experiment
 from ..files import write_atomic
-from ..measure.tree import told
 from .end import Outcome, show_warning
 
 LAST = "sweep.json"  # which experiment of the store a sweep of its folder means
@@ -41,7 +39,7 @@ def sweep_file(file: Path, asked: Asked, out: Path | None, quiet: bool, outcome:
     RunError
         workers die, the scheduler does not answer, the store cannot be written.
     """
-    from ..sweep import page, summary, table
+    from ..sweep import limits, page, table
     from ..sweep.run import resolved_with, sweep
 
     warnings.showwarning = show_warning
@@ -66,12 +64,14 @@ def sweep_file(file: Path, asked: Asked, out: Path | None, quiet: bool, outcome:
     last = {"experiment": swept.key, "runs": asked.runs, "seed": asked.seed}
     write_atomic(target / LAST, json.dumps(last, indent=1) + "\n")
     report = page.write_page(swept, lines, target, target, files)
-    for text in swept.progress.warned if not quiet else ():
+    for text in (*swept.progress.warned, *limits.unstable(swept, lines)) if not quiet else ():
         print(f"warning: {text}", file=sys.stderr)
-    _tell(swept, lines, target, report, summary, quiet, outcome)
+    _tell(swept, lines, target, report, quiet, outcome)
 
 
-def _tell(swept: Any, lines: Any, target: Path, report: Path, summary: Any, quiet: bool, outcome: Outcome) -> None:
+def _tell(swept: Any, lines: Any, target: Path, report: Path, quiet: bool, outcome: Outcome) -> None:
+    from ..sweep import limits, summary
+
     cases, labels, grid = summary.cases_of(swept, lines), swept.experiment.labels, swept.design.grid()
     worst = summary.worst_runs(swept, lines, target)
     outcome.data.update(
@@ -82,7 +82,7 @@ def _tell(swept: Any, lines: Any, target: Path, report: Path, summary: Any, quie
             {
                 "controller": labels[case.controller], "settings": grid[case.point], "runs": case.runs,
                 "failed": case.failed, "median": case.median, "p95": case.most, "worst": case.worst,
-                "worst_run": case.worst_id,
+                "worst_run": case.worst_id, "saturated": case.saturated, "limits": case.limits,
             }
             for case in cases
         ],
@@ -94,8 +94,8 @@ def _tell(swept: Any, lines: Any, target: Path, report: Path, summary: Any, quie
         outcome.say(_aligned([heads, *rows]), "", summary.verdict(swept, lines, cases))
         if worst:
             outcome.say(f"worst run: {worst[0].command}")
-        for reason, count in summary.reasons(lines)[:5]:
-            outcome.say(f"{count} failed: {reason}")
+        for failure in limits.failures(lines)[:5]:
+            outcome.say(limits.told_of(failure, lines))
     if not outcome.as_json:
         outcome.say(f"report: {report}")
     broken = [reason for reason, status in zip(lines.reason, lines.status, strict=True) if status == "broken"]
@@ -179,14 +179,14 @@ class Bar:
 
     def __init__(self, quiet: bool):
         self.quiet, self.bars, self.task = quiet, None, None
-        self.told = time.monotonic()
+        self.begun = self.told = time.monotonic()
 
     def __enter__(self) -> Bar:
         if not self.quiet and sys.stderr.isatty():
             from rich.console import Console
-            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-            columns = [MofNCompleteColumn(), BarColumn(), TimeRemainingColumn(), TextColumn("{task.fields[told]}")]
+            columns = [MofNCompleteColumn(), BarColumn(20), TextColumn("{task.fields[told]}", markup=False)]
             self.bars = Progress(*columns, console=Console(stderr=True))
             self.task = self.bars.add_task("runs", total=None, told="preparing")
             self.bars.start()
@@ -198,16 +198,40 @@ class Bar:
 
     def show(self, progress: Any) -> None:
         """Take what a sweep tells."""
-        best = ""
-        if progress.best is not None:
-            best = f"best {units.show(progress.best[0], told(progress.metric)[0])}, run {progress.best[1][:10]}"
-        failed = f", {progress.failed} failed" if progress.failed else ""
-        if self.bars:
-            self.bars.update(self.task, completed=progress.done, total=progress.total, told=f"{best}{failed}")
-            return
         first, last = progress.done == progress.found, progress.done == progress.total
+        if first:
+            self.begun = time.monotonic()
+        told = ", ".join(part for part in (self._left(progress), _failed(progress), _best(progress)) if part)
+        if self.bars:
+            self.bars.update(self.task, completed=progress.done, total=progress.total, told=told)
+            return
         if self.quiet or not (first or last or time.monotonic() - self.told > self._PAUSE):
             return
         self.told = time.monotonic()
-        found = f", {progress.found} of them kept from before" if first and progress.found else ""
-        print(f"{progress.done} of {progress.total} runs{found}{failed} {best}".rstrip(), file=sys.stderr, flush=True)
+        found = f"{progress.found} of them kept from before" if first and progress.found else ""
+        text = ", ".join(part for part in (f"{progress.done} of {progress.total} runs", found, told) if part)
+        print(text, file=sys.stderr, flush=True)
+
+    def _left(self, progress: Any) -> str:
+        """The time to go, by what this sweep itself has done."""
+        done, left = progress.done - progress.found, progress.total - progress.done
+        if not done or not left:
+            return ""
+        seconds = round((time.monotonic() - self.begun) / done * left)
+        minutes, hours = seconds // 60, seconds // 3600
+        text = f"{seconds} s" if seconds < 120 else f"{minutes} min" if minutes < 120 else f"{hours} h"
+        return f"about {text} to go"
+
+
+def _failed(progress: Any) -> str:
+    return f"{progress.failed} failed" if progress.failed else ""
+
+
+def _best(progress: Any) -> str:
+    from ..measure.tree import told
+    from ..units import show
+
+    if progress.best is None:
+        return ""
+    value, id = progress.best
+    return f"best {progress.metric} {show(value, told(progress.metric)[0])} ({id[:10]})"

@@ -11,7 +11,7 @@ and w_f the force on the tool, the base pushes the arms at their pivots in the p
     f_P1 = sum of f_k over arm 1, its motor, link 2, ram + f_5 - w_f,   f_P6 = sum over arm 6, its motor, link 5 - f_5
                                                                                                                     (8)
 The motors push between arm and slide and cancel.  What lies across the plane is shared by arms, slides and the passive
-slide in a way that rigid bodies do not tell: it is not given.
+slide in a way that rigid bodies do not tell: it is not given.  docs/theory/hybrid.md, eqs. (7) and (8).
 """
 
 from __future__ import annotations

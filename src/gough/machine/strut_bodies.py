@@ -9,7 +9,8 @@ and with the cross of the base joint, of inertia J about a, on which it turns at
 
     F += A' a J (a . w_s')                                                                                        (2)
 
-For slender parts (1) is eq. (5) of machine/hexapod.py, which `strut.py` writes out in fewer operations.
+For slender parts (1) is eq. (5) of machine/hexapod.py, which `strut.py` writes out in fewer operations.  Derived in
+docs/theory/hexapod.md, eqs. (7) and (8).
 """
 
 from __future__ import annotations

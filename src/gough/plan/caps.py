@@ -44,10 +44,11 @@ class Caps:
         self.moving = path.extent[self.block] > 0
         last = part == self.count[self.block] - 1
         self.end = np.where(last, path.extent[self.block], (part + 1) * self.size[self.block])
+        course, every = motion.course, np.arange(len(motion.course.path))
+        # a blend belongs to two blocks, and of a short block its two blends may leave nothing between them
+        self._owners = [course.place(every, share * course.path.extent).block for share in (0.0, 0.5, 1.0)]
         self.top = self._tops(motion)
         self.speed = self.top[self.block]
-        course = motion.course
-        self._owner = course.place(np.arange(len(course.path)), course.path.extent / 2).block
         self._asked = np.zeros(len(path), bool)
 
     def ask(self, blocks) -> None:
@@ -70,9 +71,7 @@ class Caps:
     def _nodes(self, blocks):
         """Places of the course in and beside the programmed `blocks`, a cell's ends and middle; batches of (j, u)."""
         path = self.motion.course.path
-        near = np.isin(self._owner, blocks)
-        near[1:] |= np.isin(self._owner[:-1], blocks)  # a blend belongs to one of its blocks, and limits both
-        near[:-1] |= np.isin(self._owner[1:], blocks)
+        near = np.any([np.isin(owner, blocks) for owner in self._owners], axis=0)
         size = max(CELL, float(path.extent.sum()) / _MOST)
         moving = np.flatnonzero((path.extent > 0) & near)
         count = np.maximum(np.ceil(path.extent[moving] / size - 1e-9).astype(int), 1) * 2 + 1
@@ -87,13 +86,11 @@ class Caps:
         place = self.motion.course.place(j[slower], u[slower])
         self.lower(place.block, place.u, speed[slower])
 
-    @staticmethod
-    def _tops(motion) -> np.ndarray:
+    def _tops(self, motion) -> np.ndarray:
         """The greatest speed that the controller takes each programmed block at: F, or its own limits.  (m,)."""
-        course, feed = motion.course, motion.feed
-        every = np.arange(len(course.path))
-        tops = np.zeros(len(course.programmed))
-        np.maximum.at(tops, course.place(every, course.path.extent / 2).block, feed.speed)
+        tops = np.zeros(len(motion.course.programmed))
+        for owner in self._owners:
+            np.maximum.at(tops, owner, motion.feed.speed)
         return tops
 
     def lower(self, block, u, speed) -> None:

@@ -3,7 +3,8 @@
     use = 1 - m / m_home          of a margin m of `Machine.margins`: stroke, cones, singularity; 0 at home          (1)
     use = |q'| / speed,  |q''| / acceleration,  |u| / force                                                        (2)
 
-The force u is that of the drives on the motion, friction of the sheet included: friction with a memory counts at its
+The force u is that of the drives on the motion, against the weight and a steady force on the tool, friction included:
+friction with a memory counts at its
 steady value, g(v) sign(v) + f_v v (mechanics/friction.py), friction that scales with a load at the load of this motion.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -24,17 +25,23 @@ from ..machine.drives import force_limit
 from ..mechanics.friction import level
 from ..mechanics.linear import solve_square_transposed
 
+if TYPE_CHECKING:
+    from ..simulate.plant import Plant
+
 POSE, SPEED, ACCELERATION, FORCE = "pose", "speed", "acceleration", "force"
 _UNITS = {SPEED: "m/s", ACCELERATION: "m/s2", FORCE: "N"}
 _NUMBERED = re.compile(r"(\D+\d+(?: and \d+)?):? (.*)")  # "strut 3: too long", "carriages 1 and 2: too close"
+_BESIDE = ("cutting", "flexible", "friction_drift", "faults")  # of a plant, that no demand has
 _LEAST_SPAN = 1e-6  # of a margin at home: a machine that stands at its limit there has no scale of its own
 
 
 class Demand:
     """The limits of a machine, and how much of each a motion uses.
 
-    `kinds` (k,) says of each column whether it is of the pose, a speed, an acceleration or a force; `unchecked` which
-    of the last three the sheet has no limit for.
+    `plant` is what the machine really is, where that is known: its numbers, its payload and the steady force on its
+    tool are asked; `unjudged` names what else it has that is not in the demand.  `kinds` (k,) says of each column
+    whether it is of the pose, a speed, an acceleration or a force; `unchecked` which of the last three the sheet has no
+    limit for.
 
     Raises
     ------
@@ -42,8 +49,10 @@ class Demand:
         no limit of joints at all beside those of the pose, with `driven`.
     """
 
-    def __init__(self, machine, driven: bool = False):
-        self.machine = machine = machine.rigid
+    def __init__(self, machine, driven: bool = False, plant: Plant | None = None):
+        self.machine = machine = (machine if plant is None else plant.true_machine).rigid
+        self.wrench = np.zeros(6) if plant is None else np.asarray(plant.wrench, float)
+        self.unjudged = tuple(key for key in _BESIDE if plant is not None and getattr(plant, key))
         self.limits = {
             SPEED: machine.limits.speed,
             ACCELERATION: machine.limits.acceleration,
@@ -72,7 +81,7 @@ class Demand:
         (N, k) and (N,) bool.  Where a pose is outside its limits nothing is asked of the drives: 0; and 0 is what is no
         number where the machine cannot stand at all.
         """
-        margins, qd, qdd, u = self._rows(self.machine.theta, x, xd, xdd)
+        margins, qd, qdd, u = self._rows(self.machine.theta, x, xd, xdd, self.wrench)
         found = dict(zip((SPEED, ACCELERATION, FORCE), (qd, qdd, u), strict=True))
         n, k = qd.shape[1], self.pose_count
         out = np.empty((len(qd), len(self)))
@@ -92,7 +101,7 @@ class Demand:
 
     def values(self, x, xd, xdd) -> dict[str, np.ndarray]:
         """q' m/s, q'' m/s2 and drive forces N of rows (N, d), by kind.  (N, n) each."""
-        _, qd, qdd, u = self._rows(self.machine.theta, x, xd, xdd)
+        _, qd, qdd, u = self._rows(self.machine.theta, x, xd, xdd, self.wrench)
         return {SPEED: qd, ACCELERATION: qdd, FORCE: u}
 
     def told(self, column: int, use: float) -> Told:
@@ -139,21 +148,23 @@ def _compiled(shape: Shape):
 
 
 def _function(m) -> ca.Function:
-    """theta, x, xd, xdd -> margins, q', q'', u of the drives."""
+    """theta, x, xd, xdd, w on the tool in W -> margins, q', q'', u of the drives."""
     p, theta = m.symbols
+    w = ca.SX.sym("w", 6)
     x, xd, xdd = (ca.SX.sym(s, len(m.task)) for s in ("x", "xd", "xdd"))
     z = m.coordinates_of(p, x)
     v = m.velocity_of(p, z, xd)
     vd = m.acceleration_of(p, z, v, xdd)
     pi = {key: value for key, (value, _) in m.inertial(p).items()}
     J = m.jacobian_of(p, z)
-    qd, wanted = J @ v, m.inverse_force(p, pi, z, v, vd)
+    qd, wanted = J @ v, m.inverse_force(p, pi, z, v, vd) - m.wrench_of(p, z, w)
     u, loads = solve_square_transposed(J, wanted), None
     if m.load_count:
         loads = m.loads_carried(p, pi, z, v, vd, u)
         u = solve_square_transposed(J, wanted - m.joint_friction(p, z, v, loads))
     u = u + _steady_friction(m, p, qd, loads)
-    return ca.Function("demand", [theta, x, xd, xdd], [m.margins(p, z)[1], qd, m.joint_acceleration(p, z, v, vd), u])
+    out = [m.margins(p, z)[1], qd, m.joint_acceleration(p, z, v, vd), u]
+    return ca.Function("demand", [theta, x, xd, xdd, w], out)
 
 
 def _steady_friction(m, p, qd, loads):

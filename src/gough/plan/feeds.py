@@ -8,7 +8,7 @@ left as it is, so fixing twice is fixing once.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from .judge import Found, judge
 from .pieces import pieces_of
 from .preflight import CARTESIAN, Preflight, planned
 from .rewrite import Changed, rewritten
+
+if TYPE_CHECKING:
+    from ..simulate.plant import Plant
 
 _ROUNDS = 25
 _LOCAL = 6  # rounds in which only what exceeds a limit is slowed; then whole moves are
@@ -42,10 +45,13 @@ class Fixed(NamedTuple):
     note: str | None = None
 
 
-def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = None) -> Fixed:
+def fix_feed(
+    machine, program: NCProgram, tell: Callable[[str], None] | None = None, plant: Plant | None = None
+) -> Fixed:
     """The program with F words that keep every joint below its greatest speed, acceleration and force.
 
-    It is judged as a controller drives it that knows the limits of the tool and none of the joints ("cartesian").
+    It is judged as a controller drives it that knows the limits of the tool and none of the joints ("cartesian"), and
+    on the plant where one is given (preflight.py).
 
     Raises
     ------
@@ -59,7 +65,7 @@ def fix_feed(machine, program: NCProgram, tell: Callable[[str], None] | None = N
     """
     if not isinstance(program, NCProgram):
         raise ProgramError("only an NC program has feed words", cure="write it as one: gough.program.write.to_gcode")
-    demand = Demand(machine, driven=True)
+    demand = Demand(machine, driven=True, plant=plant)
     motion = planned(machine, program, CARTESIAN)
     before = Preflight(motion, demand, judge(motion, demand), program.name, CARTESIAN)
     poses = [finding for finding in before.findings if finding.kind == POSE]

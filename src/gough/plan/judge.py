@@ -25,6 +25,7 @@ _EXCESS = 5e-3  # of an excess that is found: within which it is told
 _THIN = 16  # the condition number, which costs more than all the rest, is asked at one stretch in so many
 _MOST = 400_000  # stretches that are cut in one round
 MOST = 2000  # excesses that are told one by one
+SLOTS = 1000  # of the program's time, of each of which the greatest use of a limit of each kind is kept
 
 
 class Found(NamedTuple):
@@ -46,6 +47,7 @@ class Found(NamedTuple):
     condition_line: int
     condition_time: float
     rows: int
+    along: dict[str, np.ndarray]  # kind of a limit: greatest use in each slot of time (SLOTS,); NaN: no row fell there
 
 
 class Beyond(NamedTuple):
@@ -111,6 +113,8 @@ class _Keeper:
         self.beyond: list[tuple] = []
         self.unreachable: dict[int, tuple[float, np.ndarray]] = {}
         self.number_of_J, self.seen, self.rows = (0.0, 0, 0.0), 0, 0
+        self.slot = SLOTS / max(motion.feed.duration, 1e-9)  # of a second
+        self.along = {str(kind): np.full(SLOTS, -np.inf) for kind in dict.fromkeys(demand.kinds)}
 
     def look(self, part: Stretches, first: bool = False) -> np.ndarray:
         """Look at stretches; which of them must be looked at more finely.  (m,) bool."""
@@ -127,6 +131,7 @@ class _Keeper:
         self.rows += f.shape[0] * f.shape[1]
         most = f.max(0)
         self._keep(part, f, most, states)
+        self._along(part, f)
         if first:
             self._condition(part, states[0], broken)
         d = np.abs(f[:-2] - 2 * f[1:-1] + f[2:]).max(0)
@@ -185,6 +190,12 @@ class _Keeper:
         t = part.t0[i] + _SHARES[row] * (part.t1 - part.t0)[i]
         self.beyond.append((key, most[i, c], np.column_stack([t, places[row, i]])))
 
+    def _along(self, part, f):
+        t = part.t0 + _SHARES[:, None] * (part.t1 - part.t0)
+        slot = np.clip((t * self.slot).astype(int), 0, SLOTS - 1).ravel()
+        for kind, kept in self.along.items():
+            np.maximum.at(kept, slot, f[:, :, self.demand.kinds == kind].max(2).ravel())
+
     def _beyond(self) -> tuple[list[Beyond], int]:
         """The worst of what is exceeded, worst first, and how many limits of how many lines are."""
         if not self.beyond:
@@ -233,5 +244,5 @@ class _Keeper:
         return Found(
             self.number[seen], self.use[seen], self.column[seen], self.time[seen] + lead, self.place[seen], self.top,
             self.top_line, self.top_time + lead, self.top_place, beyond, exceeded, late, number, line, t + lead,
-            self.rows,
+            self.rows, {kind: np.where(np.isfinite(kept), kept, np.nan) for kind, kept in self.along.items()},
         )  # fmt: skip

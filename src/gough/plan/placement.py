@@ -15,7 +15,7 @@ whose answer is judged whole; samples that were missed join, and again.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from .course import rows, state, stretches
 from .demand import POSE, Demand
 from .judge import judge
 from .preflight import CARTESIAN, Preflight, planned
+
+if TYPE_CHECKING:
+    from ..simulate.plant import Plant
 
 _KEPT = 300  # samples that places are judged by at first
 _ROUNDS = 8
@@ -74,10 +77,13 @@ class Placement(NamedTuple):
         return f"G10 L2 P1 X{x:.3f} Y{y:.3f} Z{z:.3f} R{angle + 0.0:.4f}"
 
 
-def place(machine, program, turn: bool = False, poses_only: bool = False, seed: int = 0) -> Placement:
+def place(
+    machine, program, turn: bool = False, poses_only: bool = False, seed: int = 0, plant: Plant | None = None
+) -> Placement:
     """The place of program zero with the greatest least margin, and with `turn` its best angle about the third axis.
 
-    `poses_only`: the drives do not count; for a program whose feeds are fitted afterwards (feeds.py).
+    `poses_only`: the drives do not count; for a program whose feeds are fitted afterwards (feeds.py).  With `plant`
+    what it asks of the drives counts (preflight.py).
 
     Raises
     ------
@@ -85,7 +91,7 @@ def place(machine, program, turn: bool = False, poses_only: bool = False, seed: 
         no place keeps all limits: which limit binds at the best one, on which line and by how much.
     """
     machine = machine.rigid
-    search = _Search(machine, program, turn, poses_only)
+    search = _Search(machine, program, turn, poses_only, plant)
     before = best = search.judged(search.start)
     x = search.optimum(seed)
     for _ in range(_ROUNDS):
@@ -110,8 +116,8 @@ def place(machine, program, turn: bool = False, poses_only: bool = False, seed: 
 class _Search:
     """Margins of places of one program on one machine."""
 
-    def __init__(self, machine, program, turn: bool, poses_only: bool):
-        self.machine, self.program, self.demand = machine, program, Demand(machine)
+    def __init__(self, machine, program, turn: bool, poses_only: bool, plant: Plant | None):
+        self.machine, self.program, self.demand = machine, program, Demand(machine, plant=plant)
         self.columns = slice(0, self.demand.pose_count if poses_only else len(self.demand))
         motion = planned(machine, program, CARTESIAN)
         self.p0, self.R0 = motion.path.p_WO, motion.path.R_WO

@@ -10,7 +10,7 @@ What is judged is one of two motions:
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,10 +22,14 @@ from .course import state
 from .demand import FORCE, POSE, Demand, parted
 from .judge import Found, judge
 
+if TYPE_CHECKING:
+    from ..simulate.plant import Plant
+
 CARTESIAN, JOINTS = "cartesian", "joints"
 _NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
+TOO_LARGE = "make the part smaller, or split the program"
 
 
 class Finding(NamedTuple):
@@ -71,6 +75,10 @@ class Preflight:
         self.duration = float(motion.duration)
         self.findings = _findings(motion, demand, found)
         self.size = too_large(motion.course.path, self.machine, text) if self.findings else None
+        if self.size is not None:  # --place would look in vain
+            self.findings = [
+                found._replace(advice=TOO_LARGE) if found.advice == ELSEWHERE else found for found in self.findings
+            ]
         self.warnings = _warnings(motion, demand, found)
 
     @property
@@ -126,12 +134,17 @@ class Preflight:
         return report(self)
 
 
-def preflight(machine, program, controller: str = CARTESIAN, tell: Callable[[float], None] | None = None) -> Preflight:
+def preflight(
+    machine, program, controller: str = CARTESIAN, tell: Callable[[float], None] | None = None,
+    plant: Plant | None = None,
+) -> Preflight:  # fmt: skip
     """What a machine is asked for along a whole program: stroke, joint angles, speeds, accelerations, forces.
 
     program      an NC program or a standard one, cut along a path
     controller   which motion is judged: "cartesian" or "joints", see above
     tell         called with the share that is done
+    plant        what the machine really is: its numbers, payload and steady force are asked, on the motion that the
+                 machine, as it is believed, is commanded
 
     Raises
     ------
@@ -139,7 +152,7 @@ def preflight(machine, program, controller: str = CARTESIAN, tell: Callable[[flo
         a path that cannot be followed at all, or a motion given over time.
     """
     motion = planned(machine, program, controller)
-    demand = Demand(machine)
+    demand = Demand(machine, plant=plant)
     found = judge(motion, demand, tell)
     name, text = getattr(program, "name", type(program).__name__), getattr(program, "text", None)
     return Preflight(motion, demand, found, name, controller, text)
@@ -180,6 +193,8 @@ def _warnings(motion, demand: Demand, found: Found) -> list[str]:
     if demand.unchecked:
         kinds = " and ".join(demand.unchecked)
         out.append(f"{machine.name} has no limit of its joints' {kinds}: not checked")
+    if demand.unjudged:
+        out.append(f"not in the forces told here: {', '.join(demand.unjudged)} of the plant")
     force = [u for u, kind in zip(found.top, demand.kinds, strict=True) if kind == FORCE]
     if force and _NEAR < max(force) <= 1:
         out.append(

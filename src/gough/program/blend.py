@@ -1,6 +1,7 @@
 """Blends: a quintic in place of a corner, as far beside the corner as the tolerance P allows.
 
-From d before the corner C to d behind it, with tangents T and curvature vectors K there (docs/theory/course.md):
+From d before the corner C to d behind it, with tangents T and curvature vectors K there
+(docs/theory/course.md, eqs. (4) to (6)):
 
     p(0) = p_0,  p'(0) = 2d T_0,  p''(0) = 4d^2 K_0,   p(1) = p_1,  p'(1) = 2d T_1,  p''(1) = 4d^2 K_1           (1)
 

@@ -6,7 +6,8 @@ its corner by itself, so that the corner stands where the blend's knot is:
 
     s(u) = s_0 + (s_k - s_0) u / u_k  up to the knot,  s_k + (s_1 - s_k) (u - u_k) / (L - u_k)  behind it          (1)
 
-s(u) is continuous and grows along the course.  Where nothing is blended the course is the path itself.
+s(u) is continuous and grows along the course (eq. (7) of docs/theory/course.md).  Where nothing is blended the course
+is the path itself.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ A run's curve is the natural cubic spline of its points p_k by chord length, h_k
 for x from 0 to 1, with M = 0 at the ends.  M is the second derivative at the points.  Along a piece it changes in
 proportion, so the piece leaves its chord by no more than h^2 max(|M_k|, |M_k+1|) / 8.  Where that is beyond the
 tolerance the run is broken at the end with the larger M, and the pieces are solved again.  The angles a b c are the
-same kind of spline by the arc length of the curve.
+same kind of spline by the arc length of the curve.  Derived in docs/theory/course.md, eqs. (8) and (9).
 """
 
 from __future__ import annotations

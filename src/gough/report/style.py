@@ -6,6 +6,8 @@ import functools
 from pathlib import Path
 from typing import Any
 
+from ..files import write_atomic
+
 PATH = Path(__file__).with_name("gough.mplstyle")  # for plt.style.use(PATH)
 
 # Okabe and Ito; the same order as in gough.mplstyle (a test)
@@ -84,6 +86,19 @@ def legend_above(ax: Any) -> None:
         handlelength=1.2,
         columnspacing=1.2,
     )
+
+
+def save(ax: Any, path: str | Path) -> Path:
+    """Write the figure of some axes as PNG; folders that are missing are made.  The path.
+
+    Raises
+    ------
+    StorageError
+        the file could not be written.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write_atomic(path, lambda file: ax.figure.savefig(file, dpi=_style()["savefig.dpi"], format="png"))
 
 
 def verbatim(text: str) -> str:

@@ -27,6 +27,7 @@ from ..declare import Part
 from ..errors import ExperimentError, InputError, Problem, did_you_mean
 from ..experiment import Experiment
 from ..quantities import brief
+from .distributions import EXTREMES
 from .factors import Factor, factors_of
 from .settings import Setter
 
@@ -36,7 +37,7 @@ SEED = "run.seed"
 METRICS = (
     *(f"{name}.{what}" for name in ("contour_error", "orientation_error") for what in ("max", "rms", "mean")),
     *(f"{name}.{what}" for name in ("lag", "tracking") for what in ("max", "rms")),
-    "reversals.largest", "strut_force.peak", "strut_velocity.peak", "saturated",
+    "reversals.largest", "strut_force.peak", "strut_velocity.peak", "overshoot.max", "saturated",
 )  # fmt: skip
 
 
@@ -93,7 +94,7 @@ class Design:
             with warnings.catch_warnings():  # of numbers of draws that are no power of 2, which are as good a mean
                 warnings.simplefilter("ignore", UserWarning)
                 u = engine.random(last - first)
-        return np.clip(u, 2.0**-54, 1 - 2.0**-53)  # no distribution has a value at 0 and 1
+        return np.clip(u, *EXTREMES)  # no distribution has a value at 0 and 1
 
     def machines(self, first: int = 0, last: int | None = None) -> list[dict[str, Any]]:
         """The settings of draws first .. last - 1: what the distributions give, as a file writes it."""

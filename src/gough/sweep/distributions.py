@@ -28,6 +28,7 @@ from ..quantities import brief
 _TEXT = re.compile(r"\s*([A-Za-z_]+)\s*\(([^()]*)\)\s*([^()]*)")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _LONGEST = 200
+EXTREMES = (2.0**-54, 1 - 2.0**-53)  # least and greatest probability that is ever drawn
 
 
 class Distribution(NamedTuple):
@@ -93,7 +94,13 @@ def distribution_of(text: str) -> Distribution:
     rule = kind.check(*numbers)
     if rule:
         raise ExperimentError(f"impossible distribution: {rule}", value=brief(text), cure=f'as in "{kind.example}"')
-    return Distribution(name, numbers, unit, text)
+    found = Distribution(name, numbers, unit, text)
+    with np.errstate(over="ignore", invalid="ignore"):
+        ends = found.quantile(np.array(EXTREMES))
+    if not np.isfinite(ends).all():
+        rule = "impossible distribution: some of its values are beyond all numbers"
+        raise ExperimentError(rule, value=brief(text), cure=f'as in "{kind.example}"')
+    return found
 
 
 def _number(text: str, kind: _Kind, whole: str) -> float:

@@ -20,7 +20,7 @@ from .. import __version__
 from .design import Design
 from .settings import Setter
 
-SCHEMA = "gough-sweep-run-1"
+SCHEMA = "gough-sweep-run-2"
 PACKAGES = ("numpy", "casadi", "llvmlite")
 ID_DIGITS = 32  # 128 bits
 _NOT_COMPUTED = ("cli", "report", "study", "export", "monitor", "identify", "sweep", "tune", "plan", "view", "linuxcnc")

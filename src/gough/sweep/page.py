@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .. import __version__
 from ..files import write_atomic
-from . import figures, summary
+from . import figures, limits, summary
 from .run import Swept
 from .table import Lines
 
@@ -51,7 +51,8 @@ def _page(swept: Swept, lines: Lines, shown: Path, files: Mapping[str, str], pic
     left = f" The {len(rows)} best of {len(cases)} cases." if len(rows) < len(cases) else ""
     effect = summary.effect_rows(swept, lines, summary.effects_of(swept, lines))
     worst = "\n".join(_run(run) for run in summary.worst_runs(swept, lines, shown))
-    warned = "".join(f"<li>{html.escape(text)}</li>" for text in swept.progress.warned)
+    texts = (*swept.progress.warned, *limits.unstable(swept, lines))
+    warned = "".join(f"<li>{html.escape(text)}</li>" for text in texts)
     warned = f'<div class="warned" role="note"><strong>Warned</strong><ul>{warned}</ul></div>' if warned else ""
     inputs = "\n".join(
         f"<details><summary>{html.escape(name)}</summary><pre>{html.escape(text)}</pre></details>"

@@ -33,19 +33,18 @@ Tell = Callable[["Progress"], None]
 class Progress:
     """How far a sweep is, for whoever shows it."""
 
+    metric: str  # of which the least is the best
     total: int  # runs, those of the store included
     found: int  # of them in the store when it began
     done: int = 0  # of them now
     failed: int = 0
     best: tuple[float, str] | None = None  # least value of the metric, and the run's id
-    metric: str = ""  # its name, known once a run has ended
     warned: list[str] = field(default_factory=list)
 
-    def take(self, record: dict[str, Any], metric: str) -> None:
+    def take(self, record: dict[str, Any]) -> None:
         self.done += 1
-        self.metric = metric
         self.failed += record["status"] != "done"
-        value = record["metrics"].get(metric)
+        value = record["metrics"].get(self.metric)
         if (
             record["status"] == "done"
             and value is not None
@@ -101,9 +100,9 @@ def sweep(
     with Store(folder) as store:
         store.keep_experiment(key, resolved_with(experiment, design))
         records = {id: record for id in jobs if (record := store.get(id)) is not None}
-        progress = Progress(len(jobs), len(records))
+        progress = Progress(design.metric, len(jobs), len(records))
         for record in records.values():
-            progress.take(record, design.metric)
+            progress.take(record)
         if tell is not None:
             tell(progress)
         todo = [job for id, job in jobs.items() if id not in records]
@@ -113,7 +112,7 @@ def sweep(
             for job in batch:
                 if (record := store.get(job.id)) is not None:
                     records[job.id] = record
-                    progress.take(record, design.metric)
+                    progress.take(record)
             return [job for job in batch if job.id not in records]
 
         work = _each(todo, setter, width, workers, scheduler, store.shared, missing)
@@ -123,7 +122,7 @@ def sweep(
                 store.put(kept)
                 for record in kept:
                     records[record["id"]] = record
-                    progress.take(record, design.metric)
+                    progress.take(record)
                 for id, reason in done.broken.items():
                     records[id] = {"id": id, "status": "broken", "reason": reason, "metrics": {}, "experiment": key}
                     progress.done, progress.failed = progress.done + 1, progress.failed + 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ..measure.tree import told
 from ..units import show
+from .limits import failures, hits, told_of
 from .run import Swept
 from .table import Lines
 
@@ -30,6 +30,8 @@ class Case(NamedTuple):
     most: float | None  # what 95 % of the runs stay below
     worst: float | None
     worst_id: str | None
+    saturated: float | None  # largest share of samples with a drive at its limit; None: no drive has one
+    limits: dict[str, int]  # runs that each sort of limit ended
 
 
 class Effect(NamedTuple):
@@ -45,17 +47,30 @@ def cases_of(swept: Swept, lines: Lines) -> list[Case]:
     """Every case, in the order of the grid."""
     values, out = lines.metric(swept.design.metric), []
     order = _case(swept, lines)
+    known = lines.metrics.get("saturated", np.full(len(order), np.nan))  # of failed runs too
     for code in np.unique(order):
         at = np.flatnonzero(order == code)
         found = values[at]
         good = found[np.isfinite(found)]
         failed = int((lines.status[at] != "done").sum())
         numbers: list[Any] = [None] * 4
+        shares = known[at][np.isfinite(known[at])]
+        share = float(shares.max()) if len(shares) else None
         if len(good):
             worst = int(at[np.nanargmax(found)])
             numbers = [*map(float, np.percentile(good, (50, 95))), float(good.max()), lines.ids[worst]]
-        out.append(Case(int(lines.controller[at[0]]), int(lines.point[at[0]]), len(at), failed, *numbers))
+        out.append(
+            Case(
+                int(lines.controller[at[0]]), int(lines.point[at[0]]), len(at), failed, *numbers, share, hits(lines, at)
+            )
+        )
     return out
+
+
+def rank(case: Case) -> tuple[float, float]:
+    """The best case is the least: few runs that fail, then a small worst value.  One that all but failed is not good
+    because of the one run that did not."""
+    return case.failed / case.runs, math.inf if case.worst is None else case.worst
 
 
 def effects_of(swept: Swept, lines: Lines) -> list[Effect]:
@@ -104,7 +119,7 @@ def worst_runs(swept: Swept, lines: Lines, folder: Path) -> list[Shown]:
     values = lines.metric(swept.design.metric)
     order = [k for k in np.argsort(-np.nan_to_num(values, nan=-np.inf), kind="stable") if np.isfinite(values[k])]
     labels, unit, out, seen = swept.experiment.labels, told(swept.design.metric)[0], [], set()
-    least = min((c for c in cases_of(swept, lines) if c.worst is not None), key=lambda c: c.worst, default=None)
+    least = min((c for c in cases_of(swept, lines) if c.worst is not None), key=rank, default=None)
     last = [] if least is None else [lines.ids.index(least.worst_id)]  # that of the best case, whatever else is worse
     for k in [*order[: _SHOWN - 1], *last]:
         if lines.ids[k] in seen:
@@ -112,19 +127,10 @@ def worst_runs(swept: Swept, lines: Lines, folder: Path) -> list[Shown]:
         seen.add(lines.ids[k])
         text = f"{labels[lines.controller[k]]}: {swept.design.metric} {show(float(values[k]), unit)}"
         out.append(_shown(swept, lines.ids[k], text, folder))
-    for reason, count in reasons(lines)[:_SHOWN]:
-        k = next(
-            k for k, (r, s) in enumerate(zip(lines.reason, lines.status, strict=True)) if s != "done" and r == reason
-        )
-        many = f"{count} runs failed so, such as: " if count > 1 else "failed: "
-        out.append(_shown(swept, lines.ids[k], f"{labels[lines.controller[k]]}: {many}{reason}", folder))
+    for one in failures(lines)[:_SHOWN]:
+        text = f"{labels[lines.controller[one.first]]}: {told_of(one, lines)}"
+        out.append(_shown(swept, lines.ids[one.first], text, folder))
     return out
-
-
-def reasons(lines: Lines) -> list[tuple[str, int]]:
-    """Why runs failed, and how many for each reason, the most common first."""
-    texts = [reason for reason, status in zip(lines.reason, lines.status, strict=True) if status != "done"]
-    return Counter(texts).most_common()
 
 
 def _shown(swept: Swept, id: str, what: str, folder: Path) -> Shown:
@@ -142,17 +148,18 @@ def rerun(folder: Path, id: str) -> str:
 
 
 def case_rows(swept: Swept, lines: Lines, cases: list[Case]) -> tuple[list[str], list[list[str]]]:
-    """Heads and cells of the table of cases; of more than fit those of the least worst value."""
+    """Heads and cells of the table of cases; of more than fit the best."""
     unit, labels, grid = told(swept.design.metric)[0], swept.experiment.labels, swept.design.grid()
     lists = [factor for factor in swept.design.factors if factor.distribution is None]
+    limited = any(case.saturated for case in cases)
     heads = ["controller", *(factor.key for factor in lists), "runs", "failed", "median", "95 % below", "worst"]
-    shown = (
-        sorted(cases, key=lambda case: (case.worst is None, case.worst or 0.0)) if len(cases) > MOST_CASES else cases
-    )
+    heads += ["at drive limits"] if limited else []
+    shown = sorted(cases, key=rank) if len(cases) > MOST_CASES else cases
     rows = []
     for case in shown[:MOST_CASES]:
         numbers = ["-" if v is None else show(v, unit) for v in (case.median, case.most, case.worst)]
         point = [str(grid[case.point][factor.names[0]]) for factor in lists]
+        numbers += [f"<= {100 * (case.saturated or 0.0):.3g} %"] if limited else []
         rows.append([labels[case.controller], *point, str(case.runs), str(case.failed), *numbers])
     return heads, rows
 
@@ -177,7 +184,7 @@ def verdict(swept: Swept, lines: Lines, cases: list[Case]) -> str:
     good = [case for case in cases if case.worst is not None]
     if not good:
         return f"All {count} runs failed."
-    best = min(good, key=lambda case: case.worst)
+    best = min(good, key=rank)
     text = f"{count} runs" + (f", {failed} failed" if failed else ", none failed") + ". "
     point = ", ".join(f"{key} = {value}" for key, value in swept.design.grid()[best.point].items())
     where = f"{labels[best.controller]}{f' with {point}' if point else ''}"

@@ -2,6 +2,8 @@
 
     number, draw, point, controller, kind, id, status, reason      one line a draw, point of the grid and controller
     set.NAME                                                       number of a factor in the unit that it is written in
+    limit_hit, limit_hit.time                                      the limit that ended the run, and when, s
+    spectral_radius                                                of the loop at home, a sample; above 1 it grows
     NAME                                                           metric in SI units; NaN where the run has none
 
 The index is these columns as Parquet.  It is made of the runs' files and can be made again; nothing is read from it.
@@ -43,6 +45,9 @@ class Lines(NamedTuple):
     status: np.ndarray  # of texts
     reason: list[str]
     axes: list[Axis]
+    limit: list[str]  # that ended the run; "" where none did
+    limit_time: np.ndarray  # s
+    radius: np.ndarray  # spectral, a sample; NaN where the run was not begun
     values: np.ndarray  # (factors, n)
     metrics: dict[str, np.ndarray]
 
@@ -70,12 +75,18 @@ def lines_of(swept: Swept) -> Lines:
         numbers = [_number(axis, settings[factor.names[0]]) for settings in known]
         at = [row.draw if factor.distribution is not None else row.point for row in rows]
         values[k] = np.array(numbers)[at] if at else []
+    hit = [record.get("limit_hit") or {} for record in records]
     return Lines(
         np.array([row.draw for row in rows]), np.array([row.point for row in rows]),
         np.array([row.job.controller for row in rows]), [row.job.id for row in rows],
-        np.array([record["status"] for record in records]), [record["reason"] for record in records], axes, values,
-        metrics,
+        np.array([record["status"] for record in records]), [record["reason"] for record in records], axes,
+        [one.get("limit", "") for one in hit], np.array([one.get("time", math.nan) for one in hit], float),
+        np.array([_known(record.get("spectral_radius")) for record in records], float), values, metrics,
     )  # fmt: skip
+
+
+def _known(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def axis_of(factor: Factor) -> Axis:
@@ -124,6 +135,10 @@ def write_index(swept: Swept, lines: Lines, path: Path) -> Path:
     for axis, values in zip(lines.axes, lines.values, strict=True):
         shown = [axis.words[int(v)] for v in values] if axis.words else values
         columns.append((f"set.{axis.key}", axis.unit or ("" if axis.words else "1"), shown))
+    columns += [
+        ("limit_hit", "", lines.limit), ("limit_hit.time", "s", lines.limit_time),
+        ("spectral_radius", "1", lines.radius),
+    ]  # fmt: skip
     columns += [(name, told(name)[0], values) for name, values in lines.metrics.items()]
     arrays = [pa.array(values) for _, _, values in columns]
     fields = [

@@ -98,6 +98,7 @@ def _simulated(group: list[tuple[Job, Experiment]], lanes: int) -> list[dict[str
     from ..log.batch import metrics_of
     from ..measure.tree import leaves
     from ..simulate.run import simulate
+    from .limits import recorded
 
     made = group[0][1]
     run = {name: getattr(made.run, name) for name in type(made.run).model_fields if name not in ("seed", "signals")}
@@ -110,7 +111,10 @@ def _simulated(group: list[tuple[Job, Experiment]], lanes: int) -> list[dict[str
     for j, (job, _) in enumerate(group):
         found = {name: _finite(value) for name, value in leaves(metrics_of(log.dataset, j))}
         record = _record(job, told[j]["status"], told[j]["reason"], found)
-        out.append(record | {"simulated_time": told[j]["simulated_time"]})
+        out.append(record | {
+            "simulated_time": told[j]["simulated_time"], "limit_hit": recorded(told[j]["limit_hit"]),
+            "spectral_radius": _finite(told[j]["spectral_radius"]),
+        })  # fmt: skip
     return out
 
 
@@ -133,8 +137,8 @@ def _finite(value: Any) -> Any:
 
 
 def _told(caught: list) -> list[str]:
-    """Warnings that say something of the experiment; how often drives are at their limits, the metrics say."""
-    from ..simulate.notes import EffortWarning
+    """Warnings that say something of the experiment: of drives at their limits and loops that grow the records do."""
+    from ..simulate.notes import EffortWarning, StabilityWarning
 
-    texts = [str(one.message) for one in caught if not issubclass(one.category, EffortWarning)]
+    texts = [str(one.message) for one in caught if not issubclass(one.category, EffortWarning | StabilityWarning)]
     return list(dict.fromkeys(texts))[:_MOST_WARNINGS]

@@ -50,11 +50,12 @@ def fmu(what: Any, name: str | None = None) -> bytes:
     entries |= {f"sources/{name}": text.encode() for name, text in files.items()}
     binary = compiled(model.name, files)
     if binary is None:
-        cure = "install gcc and export again" if _linux64() else "export it on such a machine"
-        warnings.warn(
-            f"{'no C compiler (cc, gcc) is here' if _linux64() else 'this is no 64-bit Linux on x86'}: the FMU holds its "
-            f"sources only, and few importers compile them; {cure}", SourcesOnly, stacklevel=3,
+        reason, cure = (
+            ("no C compiler (cc, gcc) is here", "install gcc and export again") if _linux64()
+            else ("this is no 64-bit Linux on x86", "export it on such a machine")
         )  # fmt: skip
+        text = f"{reason}: the FMU holds its sources only, and few importers compile them; {cure}"
+        warnings.warn(text, SourcesOnly, stacklevel=3)
     else:
         entries[f"binaries/linux64/{model.name}.so"] = binary
     data = io.BytesIO()

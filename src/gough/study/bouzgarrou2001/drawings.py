@@ -49,7 +49,7 @@ def _move() -> Any:
     ax = style.new_axes((6.8, 3.4))
     for i, name in enumerate("xyz"):
         ax.plot(t, p[:, i], color=style.COLOURS[i], label=f"{name}, to {END[i]:g} m")
-    style.label(ax, "Reference move", "time [s]", "[m]")
+    style.label(ax, "Reference move", "time [s]", "tip [m]")
     style.legend_above(ax)
     return ax
 
@@ -65,6 +65,6 @@ def _errors(found: Results, key: str, what: str) -> Any:
                 values = values[:, int(np.abs(values).max(0).argmax())]
             rows = thin(values)
             ax.plot(course.t[rows], values[rows] / MM, linewidth=0.9, color=next(colours), label=label)
-    style.label(ax, f"Rigid machine, {key} gains: error of {what}", "time [s]", "[mm]")
+    style.label(ax, f"Rigid machine, {key} gains: error of {what}", "time [s]", "error [mm]")
     style.legend(ax, loc="lower right")
     return ax

@@ -35,12 +35,12 @@ def flexible_figures(found: Results) -> list[tuple[str, Any, str]]:
         axes = "xyz"[section.across] + "xyz"[section.up]
         zero = next(c for c in "xyz" if c not in axes)
         out.append((
-            f"map_frequency_{axes}", _map(section, section.frequency, "First frequency", "[Hz]"),
+            f"map_frequency_{axes}", _map(section, section.frequency, "First frequency", "Hz"),
             f"First natural frequency, joints held, in the section {zero} = 0 of the workspace.",
         ))  # fmt: skip
         if axes == "yz":  # over x and y it hardly changes
             out.append((
-                f"map_stiffness_{axes}", _map(section, section.stiffness / 1e6, "Least stiffness", "[N/um]"),
+                f"map_stiffness_{axes}", _map(section, section.stiffness / 1e6, "Least stiffness", "N/µm"),
                 f"Static stiffness of the tip in its softest direction, joints held, at {zero} = 0.",
             ))  # fmt: skip
     for key in ("low", "high"):
@@ -65,7 +65,7 @@ def _errors(found: Results, key: str, what: str) -> Any:
         values = course.e[:, 0] if what == "s21" else course.tip[:, 1]
         rows = thin(values)
         ax.plot(course.t[rows], values[rows] / MM, linewidth=0.9, color=colour, label=name)
-    style.label(ax, f"Flexible machine, {key} gains: error of {what}", "time [s]", "[mm]")
+    style.label(ax, f"Flexible machine, {key} gains: error of {what}", "time [s]", "error [mm]")
     style.legend_above(ax)
     return ax
 
@@ -73,10 +73,10 @@ def _errors(found: Results, key: str, what: str) -> Any:
 def _map(section, values: Any, told: str, unit: str) -> Any:
     ax = style.new_axes((6.0, 4.6))
     image = ax.contourf(section.a / MM, section.b / MM, values, 14, cmap="cividis")
-    ax.figure.colorbar(image, ax=ax, label=unit)
+    ax.figure.colorbar(image, ax=ax, label=f"{told.lower()} [{unit}]")
     at = np.unravel_index(values.argmin(), values.shape)
     ax.plot(section.a[at[1]] / MM, section.b[at[0]] / MM, "o", color="white", markersize=5, clip_on=False)
-    title = f"{told}: {values.min():.3g} (white) to {values.max():.3g} {unit[1:-1]}"
+    title = f"{told}: {values.min():.3g} (white) to {values.max():.3g} {unit}"
     style.label(ax, title, f"{'xyz'[section.across]} [mm]", f"{'xyz'[section.up]} [mm]")
     return ax
 
@@ -89,7 +89,7 @@ def _gravity(found: Results) -> Any:
         rows = thin(course.tip[:, 1])
         rows = rows[course.t[rows] < LEAD + TIME]
         ax.plot(course.t[rows], course.tip[rows, 1] / MM, linewidth=0.9, color=colour, label=label)
-    style.label(ax, "Gravity compensation: error of y", "time [s]", "[mm]")
+    style.label(ax, "Gravity compensation: error of y", "time [s]", "error [mm]")
     style.legend(ax, loc="lower right")
     return ax
 
@@ -106,7 +106,7 @@ def _swing(found: Results, key: str) -> Any:
     ax.set_yscale("log")
     ax.set_ylim(0.1, 1e3)
     ax.axvline(0.0, color=style.INK, linewidth=0.6)
-    style.label(ax, f"Swing of the tip, {key} gains", "time behind the line [s]", "[um]")
+    style.label(ax, f"Swing of the tip, {key} gains", "time behind the line [s]", "from rest [µm]")
     style.legend_above(ax)
     return ax
 
@@ -117,6 +117,6 @@ def _model(found: Results, key: str) -> Any:
         course = found.vibration[key, "jerk limited", name].course
         rows = thin(course.tip[:, 1])
         ax.plot(course.t[rows], course.tip[rows, 1] / UM, linewidth=0.9, color=colour, label=name)
-    style.label(ax, f"Error of y on the line, {key} gains", "time [s]", "[um]")
+    style.label(ax, f"Error of y on the line, {key} gains", "time [s]", "error [µm]")
     style.legend(ax, loc="lower left")
     return ax

@@ -112,6 +112,20 @@ def _bars(rows: Sequence[Row], label: Callable[[Row], str], title: str):
     return ax
 
 
+def _dots(rows: Sequence[Row], title: str):
+    """A line for each plant, a dot in it for each law."""
+    plants = list(dict.fromkeys(row.plant for row in rows))
+    ax = style.new_axes((7.4, 0.4 * len(plants) + 2.0))
+    for name, marker in zip(dict.fromkeys(row.law for row in rows), "o^sDv", strict=True):
+        own = [row for row in rows if row.law == name]
+        ax.plot([row.steady / UM for row in own], [row.plant for row in own], marker, markersize=6, label=name)
+    ax.set_xscale("log")
+    ax.set_ylim(len(plants) - 0.5, -0.5)
+    style.label(ax, title, "steady contour error [µm]", "")
+    style.legend(ax, loc="upper center", bbox_to_anchor=(0.4, -0.2), ncols=2)
+    return ax
+
+
 def _survival_text(rows: Sequence[Row]) -> str:
     of = {(row.law, row.plant): row.steady / UM for row in rows}
     bare, rubbed = "encoder exact", "encoder exact, friction"
@@ -153,7 +167,7 @@ SURVIVES = Beyond(
     name="encoder_and_friction", title="What encoder and friction leave of 0.1 um, and what computed torque does",
     experiments=(Experiment("beyond: encoder and friction", _survives), Experiment("beyond: wrong masses", _wrong)),
     heads=HEADS, table=lambda results: _table(_joined(results)),
-    picture=lambda results: _bars(_joined(results), lambda r: f"{r.law}, {r.plant}", "Circle: steady contour error"),
+    picture=lambda results: _dots(_joined(results), "Circle: steady contour error"),
     text=lambda results: _survival_text(_joined(results)),
 )  # fmt: skip
 EQUATIONS = Beyond(

@@ -32,7 +32,7 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
             "Figure 4 with everything uncertain and the equation times a b, in m2.",
         ),
         (
-            "figure_4_printed", _errors(found.ellipse("printed"), "Ellipse, printed equation, everything uncertain"),
+            "figure_4_printed", _errors(found.ellipse("printed"), "Ellipse, all uncertain"),
             "Figure 4 with everything uncertain: the printed gains do not hold the printed equation at 50 %.",
         ),
     ]  # fmt: skip
@@ -52,6 +52,6 @@ def _errors(courses, title: str) -> Any:
         ax.axhline(STEADY[s] / UM, color=colour, linewidth=0.7, linestyle=(0, (5, 3)))
     ax.set_yscale("log")
     ax.set_ylim(1e-3, None)
-    style.label(ax, f"{title}: contour error; dashed: published steady size", "time [s]", "[µm]")
+    style.label(ax, title, "time [s]", "contour error [µm], dashed: as published")
     style.legend_above(ax)
     return ax

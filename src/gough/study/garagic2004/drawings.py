@@ -37,11 +37,11 @@ def figures(results: Sequence[Any], folder: Path) -> list[Figure]:
     at = WAITS.index(0.5)
     drawn += [
         (
-            "figure_3", _corner({"CCTPID": waits["CCTPID", FAST.name][at]}, 350, "CCTPID"),
+            "figure_3", _corner({"CCTPID": waits["CCTPID", FAST.name][at]}, 350),
             "Figure 3: the corner under CCTPID, half a sample before the next one; calibrated to the published 350 um.",
         ),
         (
-            "figure_4", _corner({law: waits[law, FAST.name][at] for law in ("CDAC", "FCDAC")}, 15, "CDAC and FCDAC"),
+            "figure_4", _corner({law: waits[law, FAST.name][at] for law in ("CDAC", "FCDAC")}, 15),
             "Figure 4: the corner under the adaptive laws, motors without a limit, no preview.  The published 15 um "
             "are different by design.",
         ),
@@ -86,7 +86,7 @@ def _circle(found: Results, case: Case, what: str) -> Any:
             ax.annotate("published: under 20 µm, off this scale", (0.995, 0.97), xycoords="axes fraction", ha="right",
                         va="top", fontsize=8, color=FAINT)  # fmt: skip
         head = f"{law}: {what} error on the circle, {_micro(case)}"
-        style.label(ax, head, "time [s]" if law == LAWS[-1] else "", f"[{unit}]")
+        style.label(ax, head, "time [s]" if law == LAWS[-1] else "", f"error [{unit}]")
     panels[0].set_ylim(0, None)
     return panels[0]
 
@@ -103,14 +103,14 @@ def _micro(case: Case) -> str:
     return case.name.replace(" um", " µm")
 
 
-def _corner(passed: dict[str, Passed], published: float, title: str) -> Any:
+def _corner(passed: dict[str, Passed], published: float) -> Any:
     ax = style.new_axes((6.4, 3.6))
     for law, run in passed.items():
         near = (run.t >= WINDOW[0]) & (run.t <= WINDOW[1])
         ax.plot(1e3 * run.t[near], run.contour[near] / UM, linewidth=1.1, label=law)
     _published(ax, published, f"published:\n{published} µm")
     ax.set_ylim(0, None)
-    style.label(ax, f"Corner: {title}, {_micro(FAST)}", "time from the corner [ms]", "contour error [µm]")
+    style.label(ax, f"Corner, {_micro(FAST)}", "time from the corner [ms]", "contour error [µm]")
     style.legend_above(ax)
     return ax
 

@@ -92,7 +92,7 @@ def _picture(results: Sequence[list[Cost]]) -> Any:
             ax.plot(cost.turn.angle, cost.turn.error / UM, linewidth=1.0, label=cost.belief)
     style.label(ax, f"Legs of {MASS:g} kg, circle at {CIRCLE:g} m/s", "angle on the circle [rad]",
                 "error of the radius [µm]")  # fmt: skip
-    style.legend(ax, loc="upper right")
+    style.legend(ax, loc="lower left")
     return ax
 
 

@@ -1,4 +1,4 @@
-"""Limit cases of the law: what is exact, and what samples cost ((12) of the theory, desired_torque.md).
+"""Limit cases of the law: what is exact, and what samples cost (eq. (12) of docs/theory/desired_torque.md).
 
 The machine has no friction, its encoders no counts, its motors no limit, and the law knows it.
 """

@@ -68,7 +68,7 @@ def _picture(results: Sequence[Bent]) -> Any:
         for wall, line, how in ((found.plain.wall, "-", "without"), (found.leant.wall, "--", "leant")):
             profile = 1e6 * wall.along_z(*within)
             ax.plot(profile, 1e3 * wall.z, line, linewidth=1.0, color=style.COLOURS[i], label=f"{name}, {how}")
-    style.label(ax, "A cantilever's wall, 0.9 mm", "proud of the nominal wall [um]", "height [mm]")
+    style.label(ax, "A cantilever's wall, 0.9 mm", "proud of the nominal wall [µm]", "height [mm]")
     style.legend(ax)
     return ax
 

@@ -70,7 +70,7 @@ def _picture(results: Sequence[Certainty]) -> Any:
     found = results[0]
     ax = style.new_axes((5.0, 4.4))
     shown = ax.contourf(1e3 * found.side, 1e3 * found.side, found.largest, 10, cmap="cividis")
-    ax.figure.colorbar(shown, ax=ax, label="N")
+    ax.figure.colorbar(shown, ax=ax, label="half axis [N]")
     ax.set_aspect("equal")
     style.label(ax, "Longest half axis of a told force", "x [mm]", "y [mm]")
     return ax

@@ -45,6 +45,8 @@ def _torques(circle: Circle) -> Any:
         ax.plot(angle, circle.read[rows, j], color=colour, linewidth=2.4, alpha=0.35)
         ax.plot(angle, circle.predicted[rows, j], color=colour, linewidth=0.9, label=f"strut {j + 1}")
     style.label(ax, f"Motor torques, circle of 144 mm, tilt {circle.tilt}", "angle [deg]", "torque [N m]")
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + 0.12 * (high - low))  # room for the legend
     style.legend(ax, ncols=6, loc="upper center")
     return ax
 

@@ -55,10 +55,8 @@ def _forces(direction: str, run: Milled) -> Any:
         colour = style.COLOURS[k]
         ax.plot(1e3 * run.s[rows], run.measured[rows, k], color=colour, linewidth=0.5, alpha=0.35)
         ax.plot(1e3 * run.s[rows], run.estimated[rows, k], color=colour, linewidth=1.2, label=axis)
-    style.label(
-        ax, f"Milling towards {direction}, 4 mm: dynamometer pale, from the drives dark", "way [mm]", "force [N]"
-    )
-    style.legend(ax, ncols=3, loc="upper right")
+    style.label(ax, f"Milling towards {direction}, 4 mm", "way [mm]", "force [N]: dynamometer pale, drives dark")
+    style.legend_above(ax)
     return ax
 
 
@@ -68,10 +66,8 @@ def _means(direction: str, runs: list[Milled]) -> Any:
         measured, estimated = ([run.mean(what, *WALL)[k] for run in runs] for what in ("measured", "estimated"))
         ax.plot(1e3 * DEPTHS, measured, "o-", markersize=3, linewidth=0.9, color=style.COLOURS[k], label=axis)
         ax.plot(1e3 * DEPTHS, estimated, "x--", markersize=4, linewidth=0.9, color=style.COLOURS[k])
-    style.label(
-        ax, f"Mean forces towards {direction}: dynamometer solid, drives dashed", "radial depth [mm]", "force [N]"
-    )
-    style.legend(ax)
+    style.label(ax, f"Milling towards {direction}", "radial depth [mm]", "mean force [N]: drives dashed")
+    style.legend_above(ax)
     return ax
 
 
@@ -81,7 +77,7 @@ def _profiles(found: Relation) -> Any:
         ax.plot(
             1e6 * found.profiles[i], 1e3 * found.z, linewidth=1.0, color=style.COLOURS[i], label=f"{1e3 * depth:g} mm"
         )
-    style.label(ax, "Wall over its height", "proud of the nominal wall [um]", "height [mm]")
+    style.label(ax, "Wall over its height", "proud of the nominal wall [µm]", "height [mm]")
     style.legend(ax)
     return ax
 
@@ -103,7 +99,7 @@ def _heights(found: Stairs) -> Any:
             profile = 1e6 * run.wall.along_z(*within)
             label = f"{1e3 * STAIRS[i]:g} mm, {name}"
             ax.plot(profile, 1e3 * run.wall.z, line, linewidth=1.0, color=style.COLOURS[i], label=label)
-    style.label(ax, "Wall over its height", "proud of the nominal wall [um]", "height [mm]")
+    style.label(ax, "Wall over its height", "proud of the nominal wall [µm]", "height [mm]")
     style.legend(ax)
     return ax
 
@@ -113,6 +109,6 @@ def _along(found: Stairs) -> Any:
     runs = ((found.plain, "without", GREY), (found.commanded, "commands", style.COLOURS[0]))
     for run, name, colour in (*runs, (found.in_loop, "in the loop", style.COLOURS[1])):
         ax.plot(1e3 * (run.wall.s - AIR), 1e6 * run.wall.along_feed(0.0), linewidth=0.9, color=colour, label=name)
-    style.label(ax, "Wall along the feed, at the tip", "distance [mm]", "proud of the nominal wall [um]")
+    style.label(ax, "Wall along the feed, at the tip", "distance [mm]", "proud of the nominal wall [µm]")
     style.legend(ax, ncols=3, loc="upper left")
     return ax
