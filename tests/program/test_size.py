@@ -45,6 +45,7 @@ def test_a_part_in_mm_read_in_inches_is_told_with_the_line_of_g20(okuma):
     assert found.size.endswith("; line 1 says G20, inches: in mm (G21) it would fit")
     assert 0.12 < space[0] < 3.048 and str(found).split("\n")[1] == found.size
     assert found.to_json()["warnings"][0] == found.size
+    assert found.findings[0].advice == "make the part smaller, or split the program"
 
 
 def test_a_part_too_large_in_mm_too_is_not_blamed_on_inches(okuma):

@@ -29,6 +29,7 @@ CARTESIAN, JOINTS = "cartesian", "joints"
 _NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
+TOO_LARGE = "make the part smaller, or split the program"
 
 
 class Finding(NamedTuple):
@@ -74,6 +75,10 @@ class Preflight:
         self.duration = float(motion.duration)
         self.findings = _findings(motion, demand, found)
         self.size = too_large(motion.course.path, self.machine, text) if self.findings else None
+        if self.size is not None:  # --place would look in vain
+            self.findings = [
+                found._replace(advice=TOO_LARGE) if found.advice == ELSEWHERE else found for found in self.findings
+            ]
         self.warnings = _warnings(motion, demand, found)
 
     @property
