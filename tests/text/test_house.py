@@ -131,6 +131,15 @@ def _numbers(table, prefix=""):
             yield name
 
 
+def test_nobody_but_a_sweep_on_a_cluster_opens_a_connection():
+    """Nothing is sent out: results.py asks for the name of this computer, the viewer (viser) listens on 127.0.0.1."""
+    asked = re.compile(r"^\s*(?:import|from) (socket|urllib|http|ftplib|smtplib|requests|aiohttp)\b", re.M)
+    found = {str(path.relative_to(SRC)) for path in FILES if asked.search(path.read_text("utf-8"))}
+    assert found == {"sweep/cluster.py", "results.py"}
+    opened = re.compile(r"socket\.(?!gethostname)\w+")
+    assert not opened.search((SRC / "results.py").read_text("utf-8"))
+
+
 def _parts():
     import importlib
     import pkgutil

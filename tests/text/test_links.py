@@ -51,3 +51,12 @@ def test_every_file_and_test_that_a_text_names_is_there(path):
         assert not test or re.search(rf"def {test}\b", found[0].read_text()), f"{place}::{test}"
     for name in re.findall(r"`(test_[a-z0-9_]{8,})`", path.read_text("utf-8")):
         assert name in names_of_tests() or list((ROOT / "tests").rglob(f"{name}.py")), name
+
+
+def test_every_promise_names_a_test_that_holds_it():
+    page = (ROOT / "docs" / "promises.md").read_text("utf-8")
+    rows = re.findall(r"^\| (.*) \| (.*) \|$", page, re.M)[1:]
+    assert len(rows) > 12
+    for promise, held in rows:
+        assert PLACE.findall(held), promise
+    assert "not a safety function" in page

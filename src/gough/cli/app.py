@@ -36,7 +36,17 @@ from .end import Interrupted, Outcome, finish
 app = typer.Typer(
     name="gough",
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
-    epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
+    epilog="\n\n".join(
+        (
+            "Examples:",
+            "gough new experiment -o part.toml              a file to start from",
+            "gough run part.toml                            simulate it; logs and a report",
+            "gough run part.ngc -m nist-octahedral -c pid   your program under a law",
+            "gough preflight part.ngc -m mine.toml          can every strut follow it?",
+            "gough sweep part.toml --runs 1000              a thousand drawn machines",
+            "gough view results/part                        the machine, moving",
+        )
+    ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "markdown",
@@ -100,7 +110,7 @@ def run(
 
 @app.command(rich_help_panel="Simulate")
 def tune(
-    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [tune] table.")],
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a tune table.")],
     machine: MachineName = None,
     controller: ControllerNames = None,
     budget: Annotated[int | None, typer.Option("--budget", help="Candidates tried, at most.")] = None,
@@ -123,7 +133,7 @@ def tune(
 
 @app.command(rich_help_panel="Simulate")
 def sweep(
-    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [sweep] table, or the folder of a sweep.")],
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a sweep table, or the folder of a sweep.")],
     runs: Annotated[
         int | None, typer.Option("--runs", "-n", help="Draws of the distributions, instead of the file's.")
     ] = None,
@@ -145,7 +155,7 @@ def sweep(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> int:
-    """Do the runs of a [sweep] table; what has ended is kept, and the same command goes on where it was stopped."""
+    """Do the runs of a sweep table; what has ended is kept, and the same command goes on where it was stopped."""
 
     def work(outcome: Outcome) -> None:
         from .sweep import Asked, sweep_file
@@ -195,6 +205,9 @@ def preflight(
         bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
     ] = False,
     turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
+    loop: Annotated[
+        bool, typer.Option("--loop", help="Of an experiment: drive it under its laws too, at its sample time.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for preflight.json, lines.csv and a figure.")
     ] = None,
@@ -211,7 +224,7 @@ def preflight(
     def work(outcome: Outcome) -> None:
         from .preflight import Asked, preflight_file
 
-        asked = Asked(planner, fix_feed, place, turn, out, force, seed)
+        asked = Asked(planner, fix_feed, place, turn, out, force, seed, loop)
         preflight_file(file, machine, asked, quiet, outcome)
 
     return finish("preflight", work, json, debug)

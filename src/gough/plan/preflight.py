@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import Problem, WorkspaceError
 from ..machine.workspace import outside_workspace, workspace_margins
+from ..program.size import too_large
 from .advice import ELSEWHERE, advise
 from .course import state
 from .demand import FORCE, POSE, Demand, parted
@@ -28,6 +29,7 @@ CARTESIAN, JOINTS = "cartesian", "joints"
 _NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
+TOO_LARGE = "make the part smaller, or split the program"
 
 
 class Finding(NamedTuple):
@@ -67,11 +69,16 @@ class Peak(NamedTuple):
 class Preflight:
     """What a preflight found.  It prints itself."""
 
-    def __init__(self, motion, demand: Demand, found: Found, name: str, controller: str):
+    def __init__(self, motion, demand: Demand, found: Found, name: str, controller: str, text: str | None = None):
         self.motion, self.demand, self.found = motion, demand, found
         self.name, self.controller, self.machine = name, controller, demand.machine
         self.duration = float(motion.duration)
         self.findings = _findings(motion, demand, found)
+        self.size = too_large(motion.course.path, self.machine, text) if self.findings else None
+        if self.size is not None:  # --place would look in vain
+            self.findings = [
+                found._replace(advice=TOO_LARGE) if found.advice == ELSEWHERE else found for found in self.findings
+            ]
         self.warnings = _warnings(motion, demand, found)
 
     @property
@@ -118,7 +125,7 @@ class Preflight:
             "unchecked": list(self.demand.unchecked),
             "findings": [finding._asdict() for finding in self.findings],
             "peaks": [peak._asdict() for peak in self.peaks],
-            "warnings": self.warnings,
+            "warnings": [*([] if self.size is None else [self.size]), *self.warnings],
             "condition": found.condition,
             "rows": found.rows,
         }
@@ -147,7 +154,8 @@ def preflight(
     motion = planned(machine, program, controller)
     demand = Demand(machine, plant=plant)
     found = judge(motion, demand, tell)
-    return Preflight(motion, demand, found, getattr(program, "name", type(program).__name__), controller)
+    name, text = getattr(program, "name", type(program).__name__), getattr(program, "text", None)
+    return Preflight(motion, demand, found, name, controller, text)
 
 
 def planned(machine, program, controller: str = CARTESIAN):
@@ -191,7 +199,7 @@ def _warnings(motion, demand: Demand, found: Found) -> list[str]:
     if force and _NEAR < max(force) <= 1:
         out.append(
             f"{100 * max(force):.0f} % of the drives' force are used: a control loop adds to it where the acceleration "
-            "steps"
+            "steps (--loop of an experiment tells how much)"
         )
     if machine.limits.condition_warning < found.condition <= machine.limits.condition:
         out.append(
@@ -223,6 +231,8 @@ def report(result: Preflight, most: int = 20) -> str:
         CARTESIAN: "F as written, limits of the tool alone", JOINTS: "F as written, kept within the joints' limits"
     }[result.controller]  # fmt: skip
     lines = [f"{result.name} on {result.machine.name}: {result.duration:.2f} s ({drives})"]
+    if result.size is not None:
+        lines.append(result.size)
     if result.findings:
         lines.append(f"{_count(result.exceeded, 'limit')} exceeded, worst first:")
         shown = [(f.line, f.joint, f.what, f.value, f.limit, f.time, f.advice or "") for f in result.findings[:most]]
