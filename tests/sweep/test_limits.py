@@ -65,7 +65,8 @@ def test_the_command_of_a_run_that_broke_is_that_of_the_sweep_for_the_run_was_no
     told = lines([("ZeroDivisionError: a bug", "", np.nan), ("too long", "strut 1: too long", 0.9)])
     states = ("broken", "failed")
     swept = SimpleNamespace(
-        experiment=SimpleNamespace(labels=["pid"], controllers=[None]), design=SimpleNamespace(metric="contour_error.max"),
+        experiment=SimpleNamespace(labels=["pid"], controllers=[None]),
+        design=SimpleNamespace(metric="contour_error.max"),
         records={id: {"status": status} for id, status in zip(told.ids, states, strict=True)},
     )  # fmt: skip
     assert [run.command for run in summary.worst_runs(swept, told, tmp_path / "a b")] == [
