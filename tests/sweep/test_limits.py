@@ -61,6 +61,19 @@ def test_a_case_that_all_but_failed_is_not_the_best_because_of_one_good_run():
     assert summary.rank(case(10, None)) > summary.rank(case(9, 1.0))
 
 
+def test_the_command_of_a_run_that_broke_is_that_of_the_sweep_for_the_run_was_not_kept(tmp_path):
+    told = lines([("ZeroDivisionError: a bug", "", np.nan), ("too long", "strut 1: too long", 0.9)])
+    states = ("broken", "failed")
+    swept = SimpleNamespace(
+        experiment=SimpleNamespace(labels=["pid"], controllers=[None]),
+        design=SimpleNamespace(metric="contour_error.max"),
+        records={id: {"status": status} for id, status in zip(told.ids, states, strict=True)},
+    )  # fmt: skip
+    assert [run.command for run in summary.worst_runs(swept, told, tmp_path / "a b")] == [
+        f"gough sweep '{tmp_path}/a b'", f"gough sweep '{tmp_path}/a b' --rerun 0000000000",
+    ]  # fmt: skip
+
+
 @pytest.mark.full
 def test_limits_hit_and_drives_at_theirs_are_kept_told_and_in_the_index(experiment, tmp_path):
     """Drives of 0.6 N m cannot hold the platform: it falls until a strut ends it."""
