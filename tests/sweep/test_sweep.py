@@ -7,6 +7,7 @@ import json
 import os
 import random
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -21,7 +22,7 @@ import gough as gk
 from gough.errors import RunError
 from gough.experiment import load_experiment
 from gough.kernel.lanes import native_width
-from gough.sweep import jobs, pool, work
+from gough.sweep import jobs, pool, summary, work
 from gough.sweep.jobs import Job
 from gough.sweep.run import sweep
 from gough.sweep.settings import Setter
@@ -86,7 +87,9 @@ def test_a_run_of_a_sweep_is_the_run_that_its_experiment_describes(whole, tmp_pa
     swept = sweep(load_experiment(path), folder)
     lines = lines_of(swept)
     worst = int(np.argmax(lines.metric("contour_error.max")))
-    done = gough("sweep", folder, "--rerun", lines.ids[worst][:10], "--json", "-o", tmp_path / "again")
+    printed = shlex.split(summary.worst_runs(swept, lines, folder)[0].command)
+    assert printed[0] == "gough"
+    done = gough(*printed[1:], "--json", "-o", tmp_path / "again")
     assert done.status == 0 and done.json["run"] == lines.ids[worst]
     # one run alone is rounded otherwise than in the lanes of a batch: 1 ulp in some thousand samples, through a loop
     assert done.json["controllers"][0]["contour_error"]["max"] == pytest.approx(

@@ -36,7 +36,17 @@ from .end import Interrupted, Outcome, finish
 app = typer.Typer(
     name="gough",
     help="Parallel kinematic machine tools: simulate hexapods under their controllers, and see the error they cut.",
-    epilog="Start with:  gough new experiment -o part.toml   then   gough run part.toml",
+    epilog="\n\n".join(
+        (
+            "Examples:",
+            "gough new experiment -o part.toml              a file to start from",
+            "gough run part.toml                            simulate it; logs and a report",
+            "gough run part.ngc -m nist-octahedral -c pid   your program under a law",
+            "gough preflight part.ngc -m mine.toml          can every strut follow it?",
+            "gough sweep part.toml --runs 1000              a thousand drawn machines",
+            "gough view results/part                        the machine, moving",
+        )
+    ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None if os.environ.get("NO_COLOR") else "markdown",
@@ -195,6 +205,9 @@ def preflight(
         bool, typer.Option("--place", help="Find where to clamp the work: the place with the greatest least margin.")
     ] = False,
     turn: Annotated[bool, typer.Option("--turn", help="With --place: find the angle about Z too.")] = False,
+    loop: Annotated[
+        bool, typer.Option("--loop", help="Of an experiment: drive it under its laws too, at its sample time.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for preflight.json, lines.csv and a figure.")
     ] = None,
@@ -211,7 +224,7 @@ def preflight(
     def work(outcome: Outcome) -> None:
         from .preflight import Asked, preflight_file
 
-        asked = Asked(planner, fix_feed, place, turn, out, force, seed)
+        asked = Asked(planner, fix_feed, place, turn, out, force, seed, loop)
         preflight_file(file, machine, asked, quiet, outcome)
 
     return finish("preflight", work, json, debug)

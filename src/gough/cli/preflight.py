@@ -10,11 +10,12 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..errors import ExperimentError
+from ..errors import ExperimentError, WorkspaceError
 from ..experiment import SUFFIXES, load_experiment, nc_file
 from ..files import write_atomic
 from ..machine import sheet
 from ..plan import Preflight, fix_feed, place, preflight
+from ..plan.loop import Loop, closed_loop
 from ..plan.preflight import CARTESIAN, JOINTS
 from ..program.nc import NCProgram
 from ..results import results_folder
@@ -32,6 +33,7 @@ class Asked(NamedTuple):
     out: Path | None = None
     force: bool = False
     seed: int = 0
+    loop: bool = False
 
 
 def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, outcome: Outcome) -> None:
@@ -53,15 +55,26 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
     if asked.planner == JOINTS and (asked.fix or asked.place):
         cure = "leave --planner out: with the joints' limits in the planner no F needs to change"
         raise ExperimentError("is for the cartesian planner", key="--fix-feed" if asked.fix else "--place", cure=cure)
+    if asked.loop and (asked.fix or asked.place):
+        cure = "write the program first, then give an experiment that runs it"
+        raise ExperimentError("is for a program as it is", key="--loop", cure=cure)
     known, program, path, plant = loaded(file, machine)
+    if asked.loop and path.suffix.lower() != ".toml":
+        cure = "give an experiment (.toml) with [[controller]] and the period of [run]"
+        raise ExperimentError("needs a law and its sample time", key="--loop", cure=cure)
     if asked.fix is not None:
         _check_target(asked.fix, path, program, asked.force)
     # a folder that cannot be is refused before anything is written
     with contextlib.nullcontext() if asked.out is None else results_folder(asked.out, asked.force) as folder:
         found = _found(known, program, plant, asked, path, quiet or outcome.as_json, outcome)
         outcome.data.update(found.to_json())
+        loops = _driven(found, path, machine, quiet or outcome.as_json) if asked.loop else []
+        if asked.loop:
+            outcome.data["loops"] = [loop.to_json() for loop in loops]
+            outcome.data["passed"] = found.passed and all(loop.passed for loop in loops)
         if folder is not None:
-            write_atomic(folder / "preflight.json", json.dumps(plain(found.to_json()), indent=1) + "\n")
+            told = found.to_json() | {key: outcome.data[key] for key in ("passed", "loops") if key in outcome.data}
+            write_atomic(folder / "preflight.json", json.dumps(plain(told), indent=1) + "\n")
             write_atomic(folder / "lines.csv", table(found))
             from ..report.preflight import preflight_figure
 
@@ -69,11 +82,13 @@ def preflight_file(file: Path, machine: str | None, asked: Asked, quiet: bool, o
             write_atomic(folder / "preflight.png", lambda path: figure.savefig(path, dpi=130, format="png"))
             outcome.data["folder"] = str(asked.out)
     if not quiet and not outcome.as_json:
-        outcome.say(found)
-    if not found.passed:
-        outcome.data.update(status="failed", error=found.error().to_json())
+        outcome.say(found, *loops)
+    problems = [p for loop in loops for p in loop.problems(found.name)]
+    if not found.passed or problems:
+        problems = [finding.problem(found.name) for finding in found.findings] + problems
+        outcome.data.update(status="failed", error=WorkspaceError(problems=problems).to_json())
         if quiet:
-            count = found.exceeded
+            count = found.exceeded + sum(len(loop.hits) for loop in loops)
             print(f"{path.name}: {count} limit{'s' * (count != 1)} exceeded", file=sys.stderr)
 
 
@@ -85,6 +100,13 @@ def _found(known, program, plant, asked: Asked, path: Path, quiet: bool, outcome
         return _fixed(known, program, plant, asked.fix, path, quiet, outcome)
     with preparing(path.name, quiet):
         return preflight(known, program, asked.planner, plant=plant)
+
+
+def _driven(found: Preflight, path: Path, machine: str | None, quiet: bool) -> list[Loop]:
+    """The program under each law of the experiment."""
+    experiment = load_experiment(path, machine)
+    with preparing(path.name, quiet):
+        return closed_loop(experiment, found)
 
 
 def _check_target(target: Path, path: Path, program: Any, force: bool) -> None:

@@ -197,7 +197,7 @@ def _warnings(motion, demand: Demand, found: Found) -> list[str]:
     if force and _NEAR < max(force) <= 1:
         out.append(
             f"{100 * max(force):.0f} % of the drives' force are used: a control loop adds to it where the acceleration "
-            "steps"
+            "steps (--loop of an experiment tells how much)"
         )
     if machine.limits.condition_warning < found.condition <= machine.limits.condition:
         out.append(

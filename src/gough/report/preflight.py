@@ -29,7 +29,11 @@ def preflight_figure(found: Preflight) -> Any:
     t = (edges[:-1] + edges[1:]) / 2
     panels[0].set_xlim(edges[0], edges[-1])
     panels[0].set_ylim(0, 1.3 * min(max(100.0, 100 * max(peak.use for peak in found.peaks)), _TOP))  # the same for all
+    out = along[POSE] > 1  # there nothing was asked of the drives: a gap, not a load of nothing
     for ax, (kind, use) in zip(panels, along.items(), strict=True):
+        if kind != POSE and out.any():
+            use = np.where(out, np.inf, use)
+            ax.text(t[out][len(t[out]) // 2], 8, "outside", fontsize=8, ha="center", color=style.INK)
         _panel(ax, t, 100 * use, kind, [peak for peak in found.peaks if peak.kind == kind])
     verdict = "no limit is exceeded" if found.passed else f"{found.exceeded} limits exceeded"
     panels[-1].set_xlabel("time along the program [s]", fontsize=9, color=style.INK)
@@ -41,8 +45,9 @@ def preflight_figure(found: Preflight) -> Any:
 
 
 def _panel(ax, t, use, kind: str, peaks) -> None:
-    there = np.isfinite(use)
+    there, gap = np.isfinite(use), np.isposinf(use)
     use = np.minimum(np.interp(t, t[there], use[there]), _TOP) if there.any() else np.zeros_like(t)
+    use[gap] = np.nan
     ax.fill_between(t, use, color=style.COLOURS[0], alpha=0.18, linewidth=0)
     ax.plot(t, use, color=style.COLOURS[0], linewidth=1.1)
     ax.fill_between(t, 100, use, where=use > 100, color=_OVER, alpha=0.75, linewidth=0, interpolate=True)
