@@ -41,14 +41,14 @@ PART = "G20 G90\nG1 X-60 F60\nG1 X60 Y40\nM2\n"
 def test_a_part_in_mm_read_in_inches_is_told_with_the_line_of_g20(okuma):
     space = sides(okuma.limits.workspace)
     found = preflight(okuma, nc(PART))
-    assert found.size.startswith("the program is 3048 x 1016 x 0 mm large, the workspace of okuma-pm600 ")
+    assert found.size.startswith("the program is 3048 x 1016 x 0 mm large, more than the workspace of okuma-pm600, ")
     assert found.size.endswith("; line 1 says G20, inches: in mm (G21) it would fit")
     assert 0.12 < space[0] < 3.048 and str(found).split("\n")[1] == found.size
     assert found.to_json()["warnings"][0] == found.size
-    assert found.findings[0].advice == "make the part smaller, or split the program"
+    assert found.findings[0].advice == "are its numbers mm? then write G21"
 
 
 def test_a_part_too_large_in_mm_too_is_not_blamed_on_inches(okuma):
     large = PART.replace("X60", "X9000")
-    assert too_large(nc(large).path(), okuma, large).endswith("holds it")
+    assert too_large(nc(large).path(), okuma, large).endswith(" mm")
     assert "G20" not in preflight(okuma, nc(PART.replace("G20", "G21").replace("60", "1600"))).size

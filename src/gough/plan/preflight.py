@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import Problem, WorkspaceError
 from ..machine.workspace import outside_workspace, workspace_margins
-from ..program.size import too_large
+from ..program.size import WOULD_FIT, too_large
 from .advice import ELSEWHERE, advise
 from .course import state
 from .demand import FORCE, POSE, Demand, parted
@@ -29,7 +29,7 @@ CARTESIAN, JOINTS = "cartesian", "joints"
 _NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
-TOO_LARGE = "make the part smaller, or split the program"
+IN_MM = "are its numbers mm? then write G21"
 
 
 class Finding(NamedTuple):
@@ -75,10 +75,8 @@ class Preflight:
         self.duration = float(motion.duration)
         self.findings = _findings(motion, demand, found)
         self.size = too_large(motion.course.path, self.machine, text) if self.findings else None
-        if self.size is not None:  # --place would look in vain
-            self.findings = [
-                found._replace(advice=TOO_LARGE) if found.advice == ELSEWHERE else found for found in self.findings
-            ]
+        if self.size is not None and self.size.endswith(WOULD_FIT):  # --place would look in vain
+            self.findings = [one._replace(advice=IN_MM) if one.advice == ELSEWHERE else one for one in self.findings]
         self.warnings = _warnings(motion, demand, found)
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 INCH = 0.0254  # m
+WOULD_FIT = "in mm (G21) it would fit"
 _PLACES = 200_000  # along the whole path
 _FEWEST, _MOST = 3, 257  # of a block; 257 come by the quarters of a full circle, and elsewhere within r / 13 000
 
@@ -32,6 +33,8 @@ def sides(workspace) -> np.ndarray:
 def too_large(path, machine, text: str | None = None) -> str | None:
     """What to say where the path is larger than the declared workspace, wherever it is put; else None.
 
+    That is no error: the joints may go further than the workspace that a sheet declares.
+
     `text` is that of the NC program: one in inches that would fit in millimetres is told as such.
     """
     space = machine.limits.workspace
@@ -40,10 +43,10 @@ def too_large(path, machine, text: str | None = None) -> str | None:
     size, room = np.ptp(box(path), axis=0), sides(space)
     if (size <= room).all():
         return None
-    said = f"the program is {_mm(size)} mm large, the workspace of {machine.name} {_mm(room)} mm: no place holds it"
+    said = f"the program is {_mm(size)} mm large, more than the workspace of {machine.name}, {_mm(room)} mm"
     line = None if text is None else _line_of_inches(text)
     if line is not None and (size / INCH * 1e-3 <= room).all():
-        said += f"; line {line} says G20, inches: in mm (G21) it would fit"
+        said += f"; line {line} says G20, inches: {WOULD_FIT}"
     return said
 
 
