@@ -63,6 +63,14 @@ def test_the_curves_of_the_figure_reach_the_peaks_and_the_limit_where_it_is_exce
         assert words.startswith("line ") and words.endswith(" %)")
 
 
+def test_the_figure_shows_no_load_of_drives_where_the_pose_is_outside():
+    from gough.report.preflight import preflight_figure
+
+    found = preflight(gk.load_machine("nist-octahedral"), NCProgram(text="G21 G90\nG1 X900 F5000\nM2\n", name="p.ngc"))
+    pose, *drives = (ax.lines[0].get_ydata() for ax in preflight_figure(found).axes)
+    assert (pose > 100).any() and all((np.isnan(use) == (pose > 100)).all() for use in drives)
+
+
 def test_what_a_plant_has_that_no_force_tells_is_named(machine):
     plant = gk.Plant(machine=machine, friction_drift=0.01)
     (said,) = [text for text in preflight(machine, QUICK, plant=plant).warnings if "plant" in text]

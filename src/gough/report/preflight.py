@@ -22,18 +22,19 @@ _TOP = 250.0  # %: what is farther beyond a limit is marked there, with its numb
 
 def preflight_figure(found: Preflight) -> Any:
     """A panel for each kind of limit: the share of the nearest limit in percent over time, 100 at the limit, and the
-    joint and the NC line at which it is greatest.  A Figure."""
+    joint and the NC line at which it is greatest.  Grey: outside, where nothing was asked of the drives.  A Figure."""
     along = found.found.along
     panels = style.new_panels(len(along), (9.0, 1.2 + 1.45 * len(along)))
     edges = np.linspace(0, found.motion.feed.duration, len(next(iter(along.values()))) + 1) + found.motion.lead_in
     t = (edges[:-1] + edges[1:]) / 2
     panels[0].set_xlim(edges[0], edges[-1])
     panels[0].set_ylim(0, 1.3 * min(max(100.0, 100 * max(peak.use for peak in found.peaks)), _TOP))  # the same for all
-    out = along[POSE] > 1  # there nothing was asked of the drives: a gap, not a load of nothing
+    out = _whole(t, along[POSE]) > 1  # there nothing was asked of the drives: a gap, not a load of nothing
     for ax, (kind, use) in zip(panels, along.items(), strict=True):
+        use = _whole(t, use)
         if kind != POSE and out.any():
-            use = np.where(out, np.inf, use)
-            ax.text(t[out][len(t[out]) // 2], 8, "outside", fontsize=8, ha="center", color=style.INK)
+            use[out] = np.nan
+            ax.fill_between(t, 0, 100, where=out, color=style.INK, alpha=0.12, linewidth=0)
         _panel(ax, t, 100 * use, kind, [peak for peak in found.peaks if peak.kind == kind])
     verdict = "no limit is exceeded" if found.passed else f"{found.exceeded} limits exceeded"
     panels[-1].set_xlabel("time along the program [s]", fontsize=9, color=style.INK)
@@ -44,10 +45,14 @@ def preflight_figure(found: Preflight) -> Any:
     return panels[0].figure
 
 
+def _whole(t, use):
+    """A curve without the gaps of times that nothing was looked at in, between two that something was."""
+    there = np.isfinite(use)
+    return np.interp(t, t[there], use[there]) if there.any() else np.zeros_like(t)
+
+
 def _panel(ax, t, use, kind: str, peaks) -> None:
-    there, gap = np.isfinite(use), np.isposinf(use)
-    use = np.minimum(np.interp(t, t[there], use[there]), _TOP) if there.any() else np.zeros_like(t)
-    use[gap] = np.nan
+    use = np.minimum(use, _TOP)
     ax.fill_between(t, use, color=style.COLOURS[0], alpha=0.18, linewidth=0)
     ax.plot(t, use, color=style.COLOURS[0], linewidth=1.1)
     ax.fill_between(t, 100, use, where=use > 100, color=_OVER, alpha=0.75, linewidth=0, interpolate=True)
