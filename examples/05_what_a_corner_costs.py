@@ -8,7 +8,7 @@ law = gk.ComputedTorque(bandwidth=16.0)
 square = [[0, 0, 0], [0.04, 0, 0], [0.04, 0.04, 0], [0, 0.04, 0], [0, 0, 0]]
 
 found = {}
-ax = style.new_axes((6.4, 5.6))
+ax = style.new_axes((5.6, 5.6))
 for name, options in {
     "stop": {"corner": "stop"},
     "blend 0.4 mm": {"corner": "blend", "tolerance": 0.4e-3},

@@ -40,6 +40,18 @@ def test_neither_import_nor_help_loads_anything_heavy():
         )
 
 
+@pytest.mark.full
+@pytest.mark.parametrize("told", [{}, {"NO_COLOR": "1"}], ids=["with boxes", "plain"])
+def test_the_help_keeps_what_stands_in_brackets(told):
+    """A help that takes brackets for styles drops the names of tables: "the runs of a  table"."""
+    out = subprocess.run(
+        [sys.executable, "-m", "gough", "sweep", "--help"], capture_output=True, text=True, timeout=60,
+        env={**{k: v for k, v in os.environ.items() if k != "NO_COLOR"}, "COLUMNS": "200", **told},
+    ).stdout  # fmt: skip
+    for words in ("the runs of a [sweep] table", "with a [sweep] table", "[default: results/NAME-sweep]"):
+        assert words in out, out
+
+
 def test_the_public_api_is_at_most_thirty_names_and_every_one_is_there():
     assert len(gk.__all__) <= 30
     assert dir(gk) == sorted([*gk.__all__, "__version__"])

@@ -108,8 +108,14 @@ def table(rows: list[list[str]]) -> nodes.Node:
     group = nodes.tgroup(cols=len(HEADS))
     group += [nodes.colspec(colwidth=width) for width in (6, 2, 2, 2, 2)]
     group += nodes.thead("", row(HEADS))
-    group += nodes.tbody("", *map(row, (one[: len(HEADS)] for one in rows)))
+    group += nodes.tbody("", *map(row, map(cells, rows)))
     return nodes.table("", group, classes=["rows"])
+
+
+def cells(one: Sequence[str]) -> list[str]:
+    """Those of a row that are shown; what was calibrated is no evidence, and the verdict says so."""
+    *shown, verdict, remark = one
+    return [*shown, f"{verdict}, calibrated" if remark.startswith("calibrated") else verdict]
 
 
 def row(cells: Sequence[str]) -> nodes.Node:

@@ -39,6 +39,7 @@ def scheduler():
         yield found
 
 
+@pytest.mark.slow  # that a cluster gives the bits of one machine, docs/howto/cluster.md shows in make test
 def test_a_cluster_gives_the_bits_of_one_machine_also_when_a_worker_is_lost(scheduler, written, tmp_path):
     base = load_experiment(written(VARY, "runs = 24"))
     lost = []

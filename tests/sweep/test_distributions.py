@@ -84,3 +84,9 @@ def test_all_quantiles_between_the_ends_are_finite_and_rise():
     for text in OTHERS:
         found = distribution_of(text).quantile(u)
         assert np.isfinite(found).all() and (np.diff(found) >= 0).all() and math.isfinite(found.sum())
+
+
+@pytest.mark.parametrize("text", ["lognormal(5, 1000) kg", "uniform(-1e308, 1e308)", "normal(0, 1e308) x"])
+def test_a_distribution_with_values_beyond_all_numbers_is_impossible(text):
+    with pytest.raises(InputError, match="impossible distribution: some of its values are beyond all numbers, got"):
+        distribution_of(text)

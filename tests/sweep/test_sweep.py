@@ -7,6 +7,7 @@ import json
 import os
 import random
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -21,7 +22,7 @@ import gough as gk
 from gough.errors import RunError
 from gough.experiment import load_experiment
 from gough.kernel.lanes import native_width
-from gough.sweep import jobs, pool, work
+from gough.sweep import jobs, pool, summary, work
 from gough.sweep.jobs import Job
 from gough.sweep.run import sweep
 from gough.sweep.settings import Setter
@@ -86,7 +87,9 @@ def test_a_run_of_a_sweep_is_the_run_that_its_experiment_describes(whole, tmp_pa
     swept = sweep(load_experiment(path), folder)
     lines = lines_of(swept)
     worst = int(np.argmax(lines.metric("contour_error.max")))
-    done = gough("sweep", folder, "--rerun", lines.ids[worst][:10], "--json", "-o", tmp_path / "again")
+    printed = shlex.split(summary.worst_runs(swept, lines, folder)[0].command)
+    assert printed[0] == "gough"
+    done = gough(*printed[1:], "--json", "-o", tmp_path / "again")
     assert done.status == 0 and done.json["run"] == lines.ids[worst]
     # one run alone is rounded otherwise than in the lanes of a batch: 1 ulp in some thousand samples, through a loop
     assert done.json["controllers"][0]["contour_error"]["max"] == pytest.approx(
@@ -196,15 +199,13 @@ def survivors(session: int) -> list[str]:
     return found
 
 
-def disturbed(written, tmp_path, kills: int, runs: int, seed: int) -> None:
-    """SIGKILL at random moments, then a sweep to the end: nothing lost, nothing else than without."""
-    path = written(VARY, f"runs = {runs // 4}")
-    assert ended(command(path, "-o", tmp_path / "whole", "-w", 2, "--quiet"))[0] == 0
-    good, rng = runs_of(tmp_path / "whole"), random.Random(seed)
-    assert len(good) == runs
-    for kill in range(kills):
-        folder, known = tmp_path / f"killed-{kill}", {}
-        for _ in range(2):
+def disturbed(path, whole, tmp_path, sweeps: int, kills: int, seed: int) -> None:
+    """SIGKILL at random moments, `kills` times a sweep, then to the end: nothing lost, nothing else than in `whole`."""
+    good, rng = runs_of(whole), random.Random(seed)
+    runs = len(good)
+    for number in range(sweeps):
+        folder, known = tmp_path / f"killed-{number}", {}
+        for _ in range(kills):
             # anywhere: while it starts, or just before, while or after the runs of a batch are kept
             at = 0 if rng.random() < 0.1 else rng.randrange(len(known) + 1, runs) if len(known) < runs - 1 else 0
             process = killed(path, folder, at, rng.uniform(0, 3) if at == 0 else rng.uniform(0, 0.05))
@@ -214,7 +215,7 @@ def disturbed(written, tmp_path, kills: int, runs: int, seed: int) -> None:
             known = left
         status, _, err = ended(command(path, "-o", folder, "-w", 2, "--quiet"))
         assert status == 0, err
-        assert runs_of(folder) == good and index(folder) == index(tmp_path / "whole")
+        assert runs_of(folder) == good and index(folder) == index(whole)
         assert {entry.name for entry in (folder / ".partial").iterdir()} == {"door"}
         until = time.monotonic() + 20
         while survivors(process.pid) and time.monotonic() < until:
@@ -223,13 +224,16 @@ def disturbed(written, tmp_path, kills: int, runs: int, seed: int) -> None:
 
 
 @pytest.mark.full
-def test_a_sweep_killed_at_random_moments_loses_nothing_and_ends_as_if_it_had_not_been(written, tmp_path):
-    disturbed(written, tmp_path, kills=1, runs=64, seed=1)
+def test_a_sweep_killed_at_a_random_moment_loses_nothing_and_ends_as_if_it_had_not_been(undisturbed, tmp_path):
+    disturbed(*undisturbed, tmp_path, sweeps=1, kills=1, seed=1)
 
 
 @pytest.mark.slow
 def test_fifty_kills_of_a_sweep_of_two_hundred_runs_lose_nothing(written, tmp_path):
-    disturbed(written, tmp_path, kills=25, runs=200, seed=2)  # two kills each
+    path = written(VARY, "runs = 50")
+    assert ended(command(path, "-o", tmp_path / "whole", "-w", 2, "--quiet"))[0] == 0
+    assert len(runs_of(tmp_path / "whole")) == 200
+    disturbed(path, tmp_path / "whole", tmp_path, sweeps=25, kills=2, seed=2)
 
 
 @pytest.mark.slow
@@ -242,7 +246,7 @@ def test_two_sweeps_on_one_store_share_the_work_and_end_alike(whole, tmp_path):
 
 @pytest.mark.full
 @pytest.mark.parametrize(
-    "most", [0, 400, 5000, *(pytest.param(most, marks=pytest.mark.slow) for most in (15_000, 60_000))]
+    "most", [5000, *(pytest.param(most, marks=pytest.mark.slow) for most in (0, 400, 15_000, 60_000))]
 )
 def test_a_disk_that_takes_no_more_ends_the_sweep_with_its_place_and_leaves_what_is_sound(whole, tmp_path, most):
     """RLIMIT_FSIZE cuts files at `most` bytes: marker, experiment, sheet, index, page in turn; runs: test_store.py."""
@@ -267,7 +271,7 @@ def test_a_disk_that_takes_no_more_ends_the_sweep_with_its_place_and_leaves_what
     assert not [p for p in (tmp_path / "full").rglob("*") if ".partial-" in p.name]
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_ctrl_c_ends_with_130_and_what_has_finished_stays(written, tmp_path):
     path = written(VARY, "runs = 100")
     process = command(path, "-o", tmp_path / "s", "-w", 2, "--json")
@@ -283,7 +287,7 @@ def test_ctrl_c_ends_with_130_and_what_has_finished_stays(written, tmp_path):
     assert "Traceback" not in err and len(runs_of(tmp_path / "s")) >= 16
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_worker_that_is_lost_is_replaced_and_its_runs_are_done_again(whole, tmp_path):
     path, folder = whole
     killed_one = []

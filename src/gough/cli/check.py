@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from ..errors import ExperimentError, InputError, SheetError
+from ..errors import ExperimentError, InputError, RunError, SheetError
 from ..experiment import SUFFIXES, Experiment, experiment_of, load_experiment, nc_file
 from ..files import Document, read_toml
 from ..machine import sheet
@@ -44,21 +44,26 @@ def check_file(file: Path, machine: str | None, quiet: bool, outcome: Outcome) -
         outcome.say(f"{file}: {kind}, no mistakes; {parts}", *home.get("words", []))
 
 
-_LABELS = {"machine_kind": "kind"}
+_LABELS = {"machine_kind": "kind", "box": "from home"}
 _NC_PERIOD = 1e-3  # s, at which the path of a bare NC program is looked at
 _UNITS = {"duration": "s", "length": "m", "period": "s", "sweep": "runs", "tune": "candidates"}
 
 
 def _nc_program(file: Path, machine: str | None) -> tuple[str, dict[str, Any]]:
     from ..program import load_program
+    from ..program.size import box, too_large
 
     program = load_program(file)
     if machine is None:
-        return "NC program", {"length": round(float(program.path().s0[-1]), 6)}
+        path = program.path()
+        return "NC program", {"length": round(float(path.s0[-1]), 6), "box": box(path).tolist()}
     from ..simulate.reach import check_motion
 
     found = sheet.load_machine(machine)
     motion = program.plan(found)
+    large = too_large(motion.course.path, found, program.text)
+    if large is not None:
+        warnings.warn(large, stacklevel=2)
     check_motion(found, motion, _NC_PERIOD)
     return "NC program", {"machine": machine, "duration": round(float(motion.duration), 3)}
 
@@ -82,13 +87,31 @@ def _toml(document: Document, machine: str | None) -> tuple[str, dict[str, Any]]
     return "experiment", _experiment(experiment)
 
 
-def _at_home(machine: Any) -> dict[str, Any]:
-    """What the machine is where it rests; warns of what is seldom meant."""
+def warn_of(machine: Any) -> Any:
+    """The machine's Standing, warned of what is seldom meant; None where it cannot stand at home."""
     from ..plan.standing import standing
 
-    found = standing(machine)
+    try:
+        found = standing(machine)
+    except RunError as error:
+        warnings.warn(f"{machine.name} cannot stand at home: {error}", stacklevel=2)
+        return None
     for remark in found.remarks:
         warnings.warn(remark, stacklevel=2)
+    return found
+
+
+def own_sheet(experiment: Experiment) -> bool:
+    """Whether the believed machine is of a file, not of the library."""
+    use = experiment.document.data.get("machine", {}).get("use", "")
+    return "/" in use or use.endswith(".toml")
+
+
+def _at_home(machine: Any) -> dict[str, Any]:
+    """What the machine is where it rests; warns of what is seldom meant."""
+    found = warn_of(machine)
+    if found is None:
+        return {}
     return {
         "joints": found.joints.tolist(), "condition": found.condition, "load": found.load,
         "remarks": list(found.remarks), "words": [found.words(machine)],
@@ -106,6 +129,8 @@ def _experiment(experiment: Experiment) -> dict[str, Any]:
     _check_cut(experiment, motion)
     _check_loops(experiment, motion.duration)
     check_motion(experiment.machine, motion, experiment.run.period)
+    if own_sheet(experiment):
+        warn_of(experiment.machine)
     return {
         "machine": experiment.machine.name,
         "controllers": [controller.kind for controller in experiment.controllers],
@@ -172,4 +197,9 @@ def _is_sheet(document: Document) -> bool:
 
 
 def _text(key: str, value: Any) -> str:
+    if key == "length":
+        return f"{value:.4g} m"
+    if key == "box":
+        ends = zip("XYZ", *value, strict=True)
+        return ", ".join(f"{axis} {1e3 * low:.5g} to {1e3 * high:.5g}" for axis, low, high in ends) + " mm"
     return " and ".join(value) if isinstance(value, list) else f"{value} {_UNITS.get(key, '')}".strip()

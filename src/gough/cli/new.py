@@ -33,7 +33,7 @@ base = { unit = "m", value = [    # strut 1 to 6 at the base, in W
     [0.6657, -0.2163, 1.0],
     [0.5202, -0.4684, 1.0],
 ] }
-platform = { unit = "m", value = [ # strut 1 to 6 at the platform, in T
+platform = { unit = "m", value = [ # row by row the other ends of the same struts, in T
     [-0.1262, 0.1802, 0.25],
     [0.1262, 0.1802, 0.25],
     [-0.0930, -0.1994, 0.25],

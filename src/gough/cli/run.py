@@ -14,6 +14,7 @@ from ..experiment.resolve import resolved
 from ..files import write_atomic
 from ..names import slug
 from ..results import made_by_gough, results_folder
+from .check import own_sheet, warn_of
 from .end import Outcome, show_warning
 from .progress import Shown, preparing
 from .together import together
@@ -34,6 +35,8 @@ def run_file(
     warnings.showwarning = show_warning
     with preparing(file.name, quiet):
         experiment = load_experiment(file, machine, kinds, seed)
+        if own_sheet(experiment):
+            warn_of(experiment.machine)
     run_experiment(experiment, out, force, quiet, strict, outcome)
 
 

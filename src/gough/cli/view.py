@@ -113,6 +113,4 @@ def _check_installed() -> None:
     from importlib.util import find_spec
 
     if find_spec("viser") is None:
-        raise ExperimentError(
-            "the viewer is not installed", key="gough view", value="viser", cure="pip install 'gough[viewer]'"
-        )
+        raise ExperimentError("the viewer is not installed", key="gough view", cure="pip install 'gough[viewer]'")

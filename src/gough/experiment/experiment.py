@@ -17,6 +17,7 @@ kinds are looked up in fixed tables and among the entry points `gough.controller
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,7 +180,12 @@ class _Builder:
         self.problems: list[Problem] = []
 
     def build(self) -> Experiment:
-        self._note(sheet.schema_problems(self.data.get("schema"), SCHEMA))
+        schema = sheet.schema_problems(self.data.get("schema"), SCHEMA)
+        if str(self.data.get("schema")).startswith("gough-machine-"):  # then nothing else in it is of use
+            cure = f"give it to a program: gough run part.ngc -m {self.document.path.name}"
+            wrong = [dataclasses.replace(problem, cure=cure) for problem in schema]
+            raise self.document.locate(ExperimentError(problems=wrong))
+        self._note(schema)
         for key in self.data:
             if key not in (*TABLES, "schema"):
                 self._note([Problem("no such table", key=key, cure=did_you_mean(key, TABLES))])

@@ -27,6 +27,8 @@ class Body(Part):
 
     def joined(self, mass: float, center: np.ndarray) -> Body:
         """This body with a point mass (kg) fixed at `center` (3,) m of its frame."""
+        if mass == 0:
+            return self  # to the last bit
         total = self.mass + mass
         middle = (self.mass * self.center + mass * np.asarray(center)) / total
         inertia = self.inertia + _steiner(self.mass, self.center - middle) + _steiner(mass, center - middle)

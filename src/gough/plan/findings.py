@@ -77,7 +77,10 @@ LABELS = {
     "acceleration": "acceleration in the worst direction", "angular_acceleration": "angular acceleration, worst axis",
     "force": "force in the worst direction", "holding": "drive force of the weight",
     "holding_share": "the same by the drive's limit", "stiffness_least": "stiffness, softest direction",
-    "frequency": "first natural frequency", "sag": "sag under gravity",
+    "stiffness_x": "stiffness along x", "stiffness_y": "stiffness along y", "stiffness_z": "stiffness along z",
+    "frequency": "first natural frequency", "sag": "sag under gravity", "depth": "depth free of chatter",
+    "depth_here": "depth free of chatter at this speed", "chatter_frequency": "frequency of the chatter",
+    "singular_greatest": "greatest singular value",
 }  # fmt: skip
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import ExperimentError, WorkspaceError, did_you_mean
 from .bounds import Bounds
 from .grid import Grid, grid_of
-from .quantities import QUANTITIES, TOLD, checked, limits_of
+from .quantities import QUANTITIES, TOLD, Maker, checked, limits_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +55,13 @@ def machine_map(
     if not asked:
         raise ExperimentError("is empty", key="what", cure=f"there is {', '.join(QUANTITIES)}")
     grid = grid_of(machine, over, at, points)
-    makers = [checked(name, machine, grid.count) for name in asked]
+    return mapped(machine, asked, grid, [checked(name, machine, grid.count) for name in asked], progress)
+
+
+def mapped(
+    machine, asked: Sequence[str], grid: Grid, makers: Sequence[Maker], progress: Callable[[float], None] | None = None
+) -> xr.Dataset:
+    """The map of what `makers` make of the poses of a grid, chunk by chunk; machine_map has the rest."""
     columns, reach = {}, Reach(machine)
     for start in range(0, grid.count, CHUNK):
         stop = min(start + CHUNK, grid.count)
@@ -65,7 +71,7 @@ def machine_map(
             found |= maker(x, inside)
         for name, values in found.items():
             if name not in columns:
-                columns[name] = np.empty((grid.count, *values.shape[1:]), values.dtype)
+                columns[name] = np.empty(grid.count, values.dtype)
             columns[name][start:stop] = values
         if progress:
             progress(stop / grid.count)
@@ -126,12 +132,11 @@ def _dataset(machine, asked, grid: Grid, columns, bounds: Bounds) -> xr.Dataset:
         attrs: dict[str, Any] = {"units": unit, "long_name": meaning}
         if name in flags:
             attrs |= {"flag_values": np.arange(len(flags[name]), dtype="i2"), "flags": "; ".join(flags[name])}
-        more = ("axis",) if values.ndim == 2 else ()
-        variables[name] = (dims + more, values.reshape(grid.shape + values.shape[1:]), attrs)
+        variables[name] = (dims, values.reshape(grid.shape), attrs)
     coords = {axis.name: (axis.name, axis.values, {"units": axis.unit, "long_name": f"{axis.name} of the tool in W"})
               for axis in grid.axes}  # fmt: skip
     fixed = {name: float(value) for (name, _), value in zip(machine.task, grid.fixed, strict=True) if name not in dims}
-    info = {"machine": {"name": machine.name, "kind": machine.kind, "digest": machine.digest()}, "what": asked,
+    info = {"machine": {"name": machine.name, "kind": machine.kind, "digest": machine.digest()}, "what": list(asked),
             "fixed": fixed, "length": bounds.length, "version": __version__}  # fmt: skip
     attrs = {"schema": SCHEMA, "status": "done", "reason": "", "gough": json.dumps(info, allow_nan=False)}
     return xr.Dataset(variables, coords=coords, attrs=attrs)

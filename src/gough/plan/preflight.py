@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import Problem, WorkspaceError
 from ..machine.workspace import outside_workspace, workspace_margins
+from ..program.size import WOULD_FIT, too_large
 from .advice import ELSEWHERE, advise
 from .course import state
 from .demand import FORCE, POSE, Demand, parted
@@ -28,6 +29,7 @@ CARTESIAN, JOINTS = "cartesian", "joints"
 _NEAR = 0.7  # of the drives' force: sampled loops were seen to add a third of the limit for some samples
 ADVISED = 200  # findings that get advice of their own
 _ROWS = 20_000
+IN_MM = "are its numbers mm? then write G21"
 
 
 class Finding(NamedTuple):
@@ -67,11 +69,14 @@ class Peak(NamedTuple):
 class Preflight:
     """What a preflight found.  It prints itself."""
 
-    def __init__(self, motion, demand: Demand, found: Found, name: str, controller: str):
+    def __init__(self, motion, demand: Demand, found: Found, name: str, controller: str, text: str | None = None):
         self.motion, self.demand, self.found = motion, demand, found
         self.name, self.controller, self.machine = name, controller, demand.machine
         self.duration = float(motion.duration)
         self.findings = _findings(motion, demand, found)
+        self.size = too_large(motion.course.path, self.machine, text) if self.findings else None
+        if self.size is not None and self.size.endswith(WOULD_FIT):  # --place would look in vain
+            self.findings = [one._replace(advice=IN_MM) if one.advice == ELSEWHERE else one for one in self.findings]
         self.warnings = _warnings(motion, demand, found)
 
     @property
@@ -118,7 +123,7 @@ class Preflight:
             "unchecked": list(self.demand.unchecked),
             "findings": [finding._asdict() for finding in self.findings],
             "peaks": [peak._asdict() for peak in self.peaks],
-            "warnings": self.warnings,
+            "warnings": [*([] if self.size is None else [self.size]), *self.warnings],
             "condition": found.condition,
             "rows": found.rows,
         }
@@ -147,7 +152,8 @@ def preflight(
     motion = planned(machine, program, controller)
     demand = Demand(machine, plant=plant)
     found = judge(motion, demand, tell)
-    return Preflight(motion, demand, found, getattr(program, "name", type(program).__name__), controller)
+    name, text = getattr(program, "name", type(program).__name__), getattr(program, "text", None)
+    return Preflight(motion, demand, found, name, controller, text)
 
 
 def planned(machine, program, controller: str = CARTESIAN):
@@ -223,6 +229,8 @@ def report(result: Preflight, most: int = 20) -> str:
         CARTESIAN: "F as written, limits of the tool alone", JOINTS: "F as written, kept within the joints' limits"
     }[result.controller]  # fmt: skip
     lines = [f"{result.name} on {result.machine.name}: {result.duration:.2f} s ({drives})"]
+    if result.size is not None:
+        lines.append(result.size)
     if result.findings:
         lines.append(f"{_count(result.exceeded, 'limit')} exceeded, worst first:")
         shown = [(f.line, f.joint, f.what, f.value, f.limit, f.time, f.advice or "") for f in result.findings[:most]]

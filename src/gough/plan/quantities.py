@@ -41,10 +41,15 @@ TOLD = {
     "force_limit": ("1", "the joint whose drive is at its limit"),
     "holding": ("N", "greatest force of a drive that holds the weight"),
     "holding_share": ("1", "the same as a share of the drive's limit"),
-    "stiffness": ("N/m", "stiffness along x y z of W, the joints held"),
+    "stiffness_x": ("N/m", "stiffness along x of W, the joints held"),
+    "stiffness_y": ("N/m", "stiffness along y of W, the joints held"),
+    "stiffness_z": ("N/m", "stiffness along z of W, the joints held"),
     "stiffness_least": ("N/m", "stiffness in the softest direction"),
     "frequency": ("Hz", "first natural frequency, the joints held"),
     "sag": ("m", "distance of the tip at rest from where the rigid machine has it"),
+    "depth": ("m", "axial depth of a cut free of chatter at every spindle speed"),
+    "depth_here": ("m", "the same at the spindle speed of the cut; inf: no lobe there"),
+    "chatter_frequency": ("Hz", "frequency of the chatter that sets the depth"),
 }
 
 Maker = Callable[[np.ndarray, np.ndarray], dict[str, np.ndarray]]
@@ -60,13 +65,14 @@ def limits_of(machine, name: str) -> tuple[str, ...]:
 WORST = {
     "reserve": min, "condition": max, "singular_least": min, "feed": min, "turn_rate": min, "acceleration": min,
     "angular_acceleration": min, "force": min, "holding": max, "holding_share": max, "stiffness_least": min,
-    "frequency": min, "sag": max,
+    "stiffness_x": min, "stiffness_y": min, "stiffness_z": min, "frequency": min, "sag": max, "depth": min,
+    "depth_here": min,
 }  # fmt: skip
 
 # the variable that a map of that name shows
 SHOWN = {
     "workspace": "reserve", "dexterity": "condition", "feed": "feed", "acceleration": "acceleration", "force": "force",
-    "gravity": "holding_share", "stiffness": "stiffness_least",
+    "gravity": "holding_share", "stiffness": "stiffness_least", "chatter": "depth",
 }  # fmt: skip
 
 
@@ -99,12 +105,17 @@ def checked(name: str, machine, count: int) -> Maker:
                 "a map of stiffness needs [[compliance]]", key="what", value=f"{machine.name} has none",
                 cure="say in the data sheet what gives way: docs/flexible.md",
             )  # fmt: skip
-        if count > MOST_ELASTIC:
-            raise ExperimentError(
-                "a map of stiffness takes milliseconds a pose: too many", key="points", value=f"{count} poses",
-                limit=f"{MOST_ELASTIC}", cure="take fewer points",
-            )  # fmt: skip
+        checked_count(name, count)
     return _MAKERS[name](machine)
+
+
+def checked_count(name: str, count: int) -> None:
+    """Refuse a map of an elastic machine of more poses than anybody waits for."""
+    if count > MOST_ELASTIC:
+        raise ExperimentError(
+            f"a map of {name} takes milliseconds a pose: too many", key="points", value=f"{count} poses",
+            limit=f"{MOST_ELASTIC}", cure="take fewer points",
+        )  # fmt: skip
 
 
 def _masked(values, inside):
@@ -168,12 +179,13 @@ def _stiffness(machine) -> Maker:
     def make(x, inside):
         found = stiffness_map(flexible, x[inside])
         columns = {
-            "stiffness": found["stiffness"], "stiffness_least": found["least"], "frequency": found["frequency"],
+            "stiffness_least": found["least"], "frequency": found["frequency"],
             "sag": np.linalg.norm(found["sag"], axis=-1),
+            **{f"stiffness_{axis}": found["stiffness"][:, k] for k, axis in enumerate("xyz")},
         }  # fmt: skip
         out = {}
         for key, values in columns.items():
-            out[key] = np.full((len(x), *values.shape[1:]), np.nan)
+            out[key] = np.full(len(x), np.nan)
             out[key][inside] = values
         return out
 

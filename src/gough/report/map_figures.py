@@ -1,4 +1,4 @@
-"""Maps of plan/maps.py as figures: a line over one coordinate, an image over two, slices of an image over more."""
+"""Maps of plan/ as figures: a line over one coordinate, an image over two, slices of an image over more."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import ExperimentError, did_you_mean
 from ..plan.findings import LABELS, findings, place_text
 from ..plan.quantities import SHOWN, WORST
 from . import style
@@ -15,24 +16,39 @@ from . import style
 # name: (unit for the eye, factor from SI)
 _EYE = {"N": ("kN", 1e-3), "N/m": ("N/um", 1e-6), "m": ("um", 1e6), "rad/s": ("deg/s", 180 / np.pi),
         "rad/s2": ("deg/s2", 180 / np.pi)}  # fmt: skip
+_EYE_OF = {"depth": ("mm", 1e3), "depth_here": ("mm", 1e3)}  # as people set it
 _AXIS = {"m": ("mm", 1e3), "rad": ("deg", 180 / np.pi)}
 
 
 def map_figure(dataset, name: str) -> Any:
-    """The figure of a map named as in QUANTITIES ("dexterity"), of a dataset that holds it.  A matplotlib Figure.
+    """The figure of a map by its name ("dexterity", "chatter"), or of any number that it holds ("frequency", "sag").
 
     The worst pose is a circle, the edge of the declared workspace a line; where the machine cannot stand it is grey.
-    The map of the workspace shows what is left of the nearest limit, negative beyond it, and the limits' names.
+    The map of the workspace shows what is left of the nearest limit, negative beyond it, and the limits' names.  What
+    comes is a matplotlib Figure.
+
+    Raises
+    ------
+    ExperimentError
+        the dataset holds no such map or number; no pose of it has one.
     """
-    if name == "workspace":
-        return _workspace(dataset)
-    shown = SHOWN[name] if SHOWN[name] in dataset else "holding"
-    return _panels(dataset, shown)
+    shown = SHOWN.get(name, name)
+    if name == "gravity" and shown not in dataset:  # a drive without a limit
+        shown = "holding"
+    if shown not in LABELS or shown not in dataset:
+        there = [one for one in (*SHOWN, *LABELS) if SHOWN.get(one, one) in dataset]
+        raise ExperimentError("the map holds no such thing", key="name", value=repr(name)[:60],
+                              cure=did_you_mean(str(name), there))  # fmt: skip
+    if not np.isfinite(dataset[shown].values).any():
+        raise ExperimentError("no pose of the map has this number", key="name", value=name, cure="move the slice (at)")
+    return _workspace(dataset) if shown == "reserve" else _panels(dataset, shown)
 
 
 def _panels(dataset, shown: str) -> Any:
-    unit, factor = _EYE.get(dataset[shown].attrs["units"], (dataset[shown].attrs["units"], 1.0))
+    si = dataset[shown].attrs["units"]
+    unit, factor = _EYE_OF.get(shown) or _EYE.get(si, (si, 1.0))
     values = factor * dataset[shown].values
+    values = np.where(np.isfinite(values), values, np.nan)  # no lobe at this speed: any depth, which is no colour
     label = LABELS[shown] if unit == "1" else f"{LABELS[shown]} [{unit}]"
     title = f"{_machine(dataset)}: {_worst(dataset, shown, unit, factor)}"
     if values.ndim == 1:
@@ -213,8 +229,8 @@ def _machine(dataset) -> str:
 
 def _worst(dataset, shown: str, unit: str, factor: float) -> str:
     row = findings(dataset)["worst"].get(shown)
-    if row is None:
-        return "nowhere"
+    if row is None:  # of a number none of which is the worst
+        return LABELS[shown]
     if "everywhere" in row:
         return f"{factor * row['value']:.4g}{'' if unit == '1' else ' ' + unit} everywhere"
     word = "least" if WORST[shown] is min else "greatest"

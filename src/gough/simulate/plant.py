@@ -17,7 +17,7 @@ class Plant(Part):
     """A machine with its true numbers, a payload and a steady force on the tool."""
 
     machine: Machine
-    payload: float | None = quantity("kg", "point mass that the tool carries", default=None, above=0)
+    payload: float | None = quantity("kg", "point mass that the tool carries", default=None, at_least=0)
     payload_center: Array = quantity("m", "where the payload sits, in T", default=[0.0, 0.0, 0.0], shape=(3,))
     wrench: Array = quantity(
         "N, N, N, N m, N m, N m", "steady force and moment on the tool tip, in W", default=[0.0] * 6, shape=(6,)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -134,13 +135,14 @@ def worst_runs(swept: Swept, lines: Lines, folder: Path) -> list[Shown]:
 
 
 def _shown(swept: Swept, id: str, what: str, folder: Path) -> Shown:
-    return Shown(id, what, rerun(folder, id), swept.records[id].get("settings", {}))
+    record = swept.records[id]
+    # a run that broke is not kept: the sweep itself does it again
+    command = f"gough sweep {shlex.quote(str(folder))}" if record["status"] == "broken" else rerun(folder, id)
+    return Shown(id, what, command, record.get("settings", {}))
 
 
 def rerun(folder: Path, id: str) -> str:
     """The command that does a run again, with a full log and a report."""
-    import shlex
-
     return f"gough sweep {shlex.quote(str(folder))} --rerun {id[:SHORT]}"
 
 

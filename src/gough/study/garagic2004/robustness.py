@@ -63,7 +63,7 @@ def drawn(true, count: int = COUNT, seed: int = SEED) -> list[Plant]:
             body = getattr(true.strut, part)
             changes[f"strut.{part}.mass"] = factor * body.mass
             changes[f"strut.{part}.transverse"] = factor * body.transverse
-        payload = PAYLOAD[1] - rng.uniform(*PAYLOAD)  # uniform() may give its lower end, and a payload is above 0
+        payload = PAYLOAD[1] - rng.uniform(*PAYLOAD)  # uniform() may give its lower end, never its upper
         plants.append(Plant(machine=true.replace(**changes), payload=payload, friction_drift=rng.uniform(*DRIFT)))
     return plants
 
