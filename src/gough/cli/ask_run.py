@@ -38,7 +38,7 @@ def run(
 
 @app.command(rich_help_panel="Simulate")
 def tune(
-    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a tune table.")],
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [tune] table.")],
     machine: MachineName = None,
     controller: ControllerNames = None,
     budget: Annotated[int | None, typer.Option("--budget", help="Candidates tried, at most.")] = None,
@@ -61,7 +61,7 @@ def tune(
 
 @app.command(rich_help_panel="Simulate")
 def sweep(
-    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a sweep table, or the folder of a sweep.")],
+    file: Annotated[Path, typer.Argument(help="An experiment (.toml) with a [sweep] table, or the folder of a sweep.")],
     runs: Annotated[
         int | None, typer.Option("--runs", "-n", help="Draws of the distributions, instead of the file's.")
     ] = None,
@@ -83,7 +83,7 @@ def sweep(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> int:
-    """Do the runs of a sweep table; what has ended is kept, and the same command goes on where it was stopped."""
+    """Do the runs of a [sweep] table; what has ended is kept, and the same command goes on where it was stopped."""
 
     def work(outcome: Outcome) -> None:
         from .sweep import Asked, sweep_file
