@@ -86,7 +86,7 @@ class Quantity:
         if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
             each = self._units(len(raw))
             count = self.unit.count(",") + 1  # with a unit of its own for each entry, another number has none
-            if count > 1 and len(raw) != count:
+            if count > 1 and len(raw) != count and self.shape == (count,):
                 raise InputError(f"must have shape {count}", value=str(len(raw)), cure=f"give {self.meaning}")
             return [units.to_si(entry, unit) for entry, unit in zip(raw, each, strict=True)]
         if from_file and self.unit not in ("", "1"):

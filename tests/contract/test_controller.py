@@ -65,7 +65,10 @@ NUMBER = {
 WRAPPING = ("gravity_compensation", "flexible_feedforward")
 PERIOD = 1e-3
 # quick: every law on one machine, and one law on every machine
-pytestmark = pytest.mark.quick("*-nist-octahedral", "computed torque-*")
+pytestmark = [
+    pytest.mark.quick("*-nist-octahedral", "computed torque-*"),
+    pytest.mark.full("*-nist-octahedral", "*-ccu-3prs", "*-ifma-hsm", "computed torque-*"),
+]
 
 
 @pytest.fixture(params=LAWS, scope="module")

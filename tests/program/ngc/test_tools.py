@@ -18,7 +18,7 @@ def test_a_table_of_numbers_in_metres_and_one_with_units_are_one():
     "table, told",
     [
         ({"5": {"lenght": "50 mm"}}, ["5.lenght: no such key; did you mean length?"]),
-        ({"5": {"length": 50}}, ['5.length: has no unit, got 50; write e.g. "50 m"']),
+        ({"5": {"length": 50}}, ['5.length: has no unit, got 50; write e.g. "50 mm"']),
         ({"5": {"length": "50 deg"}}, None),
         ({"5": {"diameter": "-1 mm"}}, None),
         ({"5": 3}, ['5: must be a table, got 3; write { length = "80 mm" }']),
