@@ -138,7 +138,7 @@ def test_the_tool_is_as_slow_as_is_asked(hexaglide):
     assert 0.25 < np.linalg.norm(r.xd[:, :3], axis=1).max() <= 0.3
 
 
-@pytest.mark.full
+@pytest.mark.full("emps-*")
 @pytest.mark.parametrize("name, rank", [("emps", 3), ("ccu-3prs", 19)])
 def test_machines_of_one_and_of_three_coordinates_have_exciting_motions(name, rank):
     machine = machine_of(name)

@@ -30,7 +30,7 @@ def called(arguments, capsys):
 
 
 @needs_linuxcnc
-@pytest.mark.full
+@pytest.mark.slow
 def test_the_contour_error_has_the_blending_of_linuxcnc_in_it(tmp_path, capsys):
     part = tmp_path / "corner.ngc"
     part.write_text(CORNER.format(p=0.3))

@@ -36,7 +36,7 @@ def test_damaged_logs_are_read_right_or_refused():
 
 @pytest.mark.full
 def test_hundreds_of_damaged_logs_are_read_right_or_refused():
-    fuzz(os.environ.get("GOUGH_FUZZ", 300), 600)
+    fuzz(os.environ.get("GOUGH_FUZZ", 200), 600)
 
 
 @pytest.mark.slow
