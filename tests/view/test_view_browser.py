@@ -66,11 +66,17 @@ def test_the_live_viewer_moves_with_its_slider_and_plays(browser, server, run_lo
         for width in WIDTHS:
             seen.resize(width)
             pictures = []
-            for time in (0.0, 0.5):
-                live.time.value = time
-                live.frame()
+            for key, time in (("End", live.time.max), ("Home", 0.0)):  # in the browser, on the slider of time
+                seen.page.locator("[role=slider]").first.focus()
+                seen.page.keyboard.press(key)
                 seen.page.wait_for_timeout(800)
+                assert live.time.value == pytest.approx(time, abs=live.time.step)
                 pictures.append(seen.picture())
+            live.time.value = 0.5  # the circle's end is its beginning
+            live.frame()
+            seen.page.wait_for_timeout(800)
+            pictures[0] = seen.picture()
+            assert seen.overflow <= 0
             assert pictures[0].std() > 5, f"the canvas is empty, {width} px"
             assert apart(*pictures) > 1e-3, f"the machine has not moved, {width} px"
         seen.resize(WIDTHS[0])
