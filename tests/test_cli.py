@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import tomllib
 from importlib import import_module
 
@@ -249,6 +250,20 @@ def test_an_interrupted_command_ends_with_130_and_says_so(gough, write, fake, tm
     assert ended.json["error"] == {"code": "Interrupted", "problems": [{"rule": "interrupted"}]}
     assert ended.err == "gough: interrupted; nothing was written\n"
     assert list((tmp_path / "results").iterdir()) == []
+
+
+def test_an_interrupted_command_ends_no_process_for_threads_that_are_not_its_own(gough, write, fake):
+    def interrupted(machine, law):
+        raise KeyboardInterrupt
+
+    fake(interrupted)
+    write("first.toml", EXPERIMENT)
+    over = threading.Event()
+    threading.Thread(target=over.wait, daemon=True).start()
+    try:
+        assert gough("run", "first.toml").status == 130
+    finally:
+        over.set()
 
 
 def test_a_terminal_without_the_letters_of_the_table_gets_escapes():

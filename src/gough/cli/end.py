@@ -72,7 +72,7 @@ def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: b
 
     `inner`: the work reads the arguments and calls a command, which has its own end; it returns that one's status.
     """
-    outcome = Outcome(command, as_json)
+    outcome, others = Outcome(command, as_json), set(threading.enumerate())
     try:
         status = work(outcome)
         if inner:
@@ -113,8 +113,10 @@ def finish(command: str, work: Callable[[Outcome], Any], as_json: bool, debug: b
         listed = outcome.rows is not None and outcome.data["error"] is None
         print(json.dumps(plain(outcome.rows if listed else outcome.data), allow_nan=False))
         sys.stdout.flush()
-    if status == INTERRUPTED and threading.active_count() > 1:
-        os._exit(status)  # a thread in compiled code would keep the process for as long as its chunk lasts
+    if status == INTERRUPTED and set(threading.enumerate()) - others:
+        os._exit(
+            status
+        )  # a thread of the work, in compiled code, would keep the process for as long as its chunk lasts
     return status
 
 
